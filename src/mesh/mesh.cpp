@@ -1,0 +1,159 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "mesh/mesh.hpp"
+
+#include <algorithm>
+#include <numeric>
+
+namespace scanmill {
+namespace {
+
+/// Union-find with path halving; the root is the least member, so results do not depend on the order of joins.
+class Groups {
+ public:
+  explicit Groups(std::size_t n) : up_(n) { std::iota(up_.begin(), up_.end(), 0u); }
+  std::uint32_t root(std::uint32_t i) {
+    while (up_[i] != i) i = up_[i] = up_[up_[i]];
+    return i;
+  }
+  void join(std::uint32_t a, std::uint32_t b) {
+    a = root(a);
+    b = root(b);
+    if (a < b) up_[b] = a;
+    else up_[a] = b;
+  }
+
+ private:
+  std::vector<std::uint32_t> up_;
+};
+
+struct HalfEdge {
+  std::uint64_t edge;      // lesser vertex << 32 | greater
+  std::uint32_t corner;    // 3 t + e
+  bool forward;            // runs from the lesser to the greater vertex
+};
+
+std::vector<HalfEdge> half_edges_by_edge(std::span<const Triangle> triangles) {
+  std::vector<HalfEdge> list;
+  list.reserve(triangles.size() * 3);
+  for (std::uint32_t t = 0; t < triangles.size(); ++t)
+    for (std::uint32_t e = 0; e < 3; ++e) {
+      const std::uint64_t a = triangles[t][e], b = triangles[t][(e + 1) % 3];
+      list.push_back({a < b ? a << 32 | b : b << 32 | a, 3 * t + e, a < b});
+    }
+  std::sort(list.begin(), list.end(), [](const HalfEdge& a, const HalfEdge& b) {
+    return a.edge != b.edge ? a.edge < b.edge : a.corner < b.corner;
+  });
+  return list;
+}
+
+}  // namespace
+
+std::vector<std::uint32_t> edge_neighbours(std::size_t, std::span<const Triangle> triangles) {
+  std::vector<std::uint32_t> across(triangles.size() * 3, kNoTriangle);
+  const auto list = half_edges_by_edge(triangles);
+  for (std::size_t i = 0; i + 1 < list.size(); ++i)
+    if (list[i].edge == list[i + 1].edge) {
+      across[list[i].corner] = list[i + 1].corner / 3;
+      across[list[i + 1].corner] = list[i].corner / 3;
+    }
+  return across;
+}
+
+std::vector<BorderLoop> border_loops(const Mesh& mesh) {
+  const auto across = edge_neighbours(mesh.positions.size(), mesh.triangles);
+  std::vector<std::uint8_t> done(across.size(), 0);
+  std::vector<BorderLoop> loops;
+  // The missing triangle's edge runs b -> a for the open half-edge a -> b; the hole's next edge starts at a, in the fan of
+  // this triangle around a: turn over the edges that end in a until the open one is met.
+  auto next = [&](std::uint32_t corner) {
+    std::uint32_t c = corner;
+    for (;;) {
+      const std::uint32_t t = c / 3, e = c % 3;
+      const std::uint32_t before = 3 * t + (e + 2) % 3;  // the edge that ends in a
+      if (across[before] == kNoTriangle) return before;
+      const std::uint32_t other = across[before];
+      const std::uint32_t a = mesh.triangles[t][e];
+      std::uint32_t k = 0;
+      while (mesh.triangles[other][k] != a) ++k;
+      c = 3 * other + k;
+    }
+  };
+  for (std::uint32_t start = 0; start < across.size(); ++start) {
+    if (across[start] != kNoTriangle || done[start]) continue;
+    BorderLoop loop;
+    std::uint32_t c = start;
+    do {
+      done[c] = 1;
+      loop.vertices.push_back(mesh.triangles[c / 3][(c % 3 + 1) % 3]);
+      c = next(c);
+    } while (c != start && !done[c]);
+    std::rotate(loop.vertices.begin(), std::min_element(loop.vertices.begin(), loop.vertices.end()), loop.vertices.end());
+    Vec3 sum;
+    for (std::size_t i = 0; i < loop.vertices.size(); ++i) {
+      const Vec3 p = mesh.positions[loop.vertices[i]], q = mesh.positions[loop.vertices[(i + 1) % loop.vertices.size()]];
+      loop.length_mm += norm(q - p);
+      sum += p;
+    }
+    loop.centre = sum * (1 / static_cast<double>(loop.vertices.size())) + mesh.offset;
+    loops.push_back(std::move(loop));
+  }
+  std::sort(loops.begin(), loops.end(), [](const BorderLoop& a, const BorderLoop& b) { return a.vertices < b.vertices; });
+  return loops;
+}
+
+TopologyCounts topology_of(const Mesh& mesh) {
+  TopologyCounts counts;
+  const auto& triangles = mesh.triangles;
+  counts.triangles = triangles.size();
+  const auto list = half_edges_by_edge(triangles);
+  Groups corners(triangles.size() * 3), vertices(mesh.positions.size()), borders(mesh.positions.size());
+  std::vector<std::uint8_t> used(mesh.positions.size(), 0), on_border(mesh.positions.size(), 0);
+  auto corner_at = [&](std::uint32_t t, std::uint32_t v) {
+    for (std::uint32_t k = 0; k < 3; ++k)
+      if (triangles[t][k] == v) return 3 * t + k;
+    return 3 * t;
+  };
+  for (std::size_t i = 0, j; i < list.size(); i = j) {
+    for (j = i; j < list.size() && list[j].edge == list[i].edge;) ++j;
+    ++counts.edges;
+    const auto a = static_cast<std::uint32_t>(list[i].edge >> 32), b = static_cast<std::uint32_t>(list[i].edge);
+    vertices.join(a, b);
+    if (j - i == 1) {
+      ++counts.boundary_edges;
+      on_border[a] = on_border[b] = 1;
+      borders.join(a, b);
+    } else if (j - i > 2) {
+      ++counts.nonmanifold_edges;
+    } else {
+      if (list[i].forward == list[i + 1].forward) ++counts.misoriented_edges;
+      for (const std::uint32_t v : {a, b}) corners.join(corner_at(list[i].corner / 3, v), corner_at(list[i + 1].corner / 3, v));
+    }
+  }
+  std::vector<std::uint32_t> fan(mesh.positions.size(), kNoTriangle);
+  std::vector<std::uint8_t> split(mesh.positions.size(), 0);
+  for (std::uint32_t c = 0; c < triangles.size() * 3; ++c) {
+    const std::uint32_t v = triangles[c / 3][c % 3], root = corners.root(c);
+    used[v] = 1;
+    if (fan[v] == kNoTriangle) fan[v] = root;
+    else if (fan[v] != root) split[v] = 1;
+  }
+  for (std::uint32_t v = 0; v < mesh.positions.size(); ++v) {
+    counts.nonmanifold_vertices += split[v];
+    if (!used[v]) continue;
+    ++counts.vertices_used;
+    counts.components += vertices.root(v) == v;
+    counts.boundary_loops += on_border[v] && borders.root(v) == v;
+  }
+  counts.euler = static_cast<std::int64_t>(counts.vertices_used) - static_cast<std::int64_t>(counts.edges) +
+                 static_cast<std::int64_t>(counts.triangles);
+  return counts;
+}
+
+double signed_volume(const Mesh& mesh) {
+  double sum = 0;
+  for (const Triangle& t : mesh.triangles)
+    sum += dot(mesh.positions[t[0]], cross(mesh.positions[t[1]], mesh.positions[t[2]]));
+  return sum / 6;
+}
+
+}  // namespace scanmill

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+// Files and folders: the only module (with libraries that insist, HDF5) that sees paths.
+#pragma once
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "base/bytes.hpp"
+
+namespace scanmill::store {
+
+/// A file by pread; `shown` is the name for messages.
+/// errors  BadInput when it does not exist or is a folder (what was found), IoFailed with the system's reason otherwise
+Result<std::shared_ptr<const ByteSource>> open_file(const std::string& path, const std::string& shown);
+
+/// Writes "<path>.tmp-<pid>-<n>" beside the target; commit = flush, fsync, rename over the target, fsync of the folder.
+/// Dropped without commit: the temporary file is removed.
+/// errors  NoSpace (ENOSPC, EDQUOT) or IoFailed with path and system reason
+Result<std::unique_ptr<ByteSink>> create_file(const std::string& path);
+
+/// What a file is now, for "did it change": size, mtime in ns, inode.
+struct FileStamp {
+  std::uint64_t size = 0;
+  std::int64_t mtime_ns = 0;
+  std::uint64_t inode = 0;
+  friend bool operator==(const FileStamp&, const FileStamp&) = default;
+};
+Result<FileStamp> stamp_of(const std::string& path);
+
+/// All regular files below `root` (links followed, never out of `root`), relative paths with '/', in byte order; hidden
+/// ("." first) and "~" (last) files and folders are left out.
+Result<std::vector<std::string>> list_files(const std::string& root);
+
+Result<void> make_folders(const std::string& path);
+/// Removes a folder and everything below it; no error when it is not there.
+Result<void> remove_tree(const std::string& path);
+/// True for an existing folder.
+bool is_folder(const std::string& path);
+bool exists(const std::string& path);
+/// Atomically puts the complete folder `from` in the place of `to`: renameat2(RENAME_EXCHANGE) and removal of the old one,
+/// a plain rename when `to` is not there. Everything below `from` is synced first.
+Result<void> replace_folder(const std::string& from, const std::string& to);
+/// Free bytes where `path` is (or would be).
+Result<std::uint64_t> free_bytes(const std::string& path);
+
+}  // namespace scanmill::store
