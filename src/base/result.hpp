@@ -79,15 +79,18 @@ class [[nodiscard]] Result<void> {
 #define SCANMILL_CONCAT_(a, b) a##b
 #define SCANMILL_CONCAT(a, b) SCANMILL_CONCAT_(a, b)
 /// TRY(expr): return the error of `expr` from the enclosing function, if there is one.
-#define TRY(...)                                                   \
-  do {                                                             \
-    auto try_result_ = (__VA_ARGS__);                              \
-    if (!try_result_.ok()) return std::move(try_result_).error();  \
+#define SCANMILL_TRY_(name, ...)                                 \
+  do {                                                           \
+    auto name = (__VA_ARGS__);                                   \
+    if (!name.ok()) return std::move(name).error();              \
   } while (false)
+#define TRY(...) SCANMILL_TRY_(SCANMILL_CONCAT(try_result_, __COUNTER__), __VA_ARGS__)
 /// TRY_ASSIGN(auto x, expr): the value of `expr`, or return its error.
-#define TRY_ASSIGN(declaration, ...)                                                       \
-  auto SCANMILL_CONCAT(try_value_, __LINE__) = (__VA_ARGS__);                              \
-  if (!SCANMILL_CONCAT(try_value_, __LINE__).ok()) return std::move(SCANMILL_CONCAT(try_value_, __LINE__)).error(); \
-  declaration = std::move(SCANMILL_CONCAT(try_value_, __LINE__)).value()
+#define SCANMILL_TRY_ASSIGN_(name, declaration, ...)    \
+  auto name = (__VA_ARGS__);                            \
+  if (!name.ok()) return std::move(name).error();       \
+  declaration = std::move(name).value()
+#define TRY_ASSIGN(declaration, ...) \
+  SCANMILL_TRY_ASSIGN_(SCANMILL_CONCAT(try_value_, __COUNTER__), declaration, __VA_ARGS__)
 
 }  // namespace scanmill

@@ -32,7 +32,7 @@ class BinTree {
   std::int32_t size() const;
   std::size_t memory_bytes() const;
 
-  /// body(bin, slot) for every bin, in ascending key (Z-order of base + bin).
+  /// Every bin with its slot, in ascending key (Z-order of base + bin; base a multiple of 8 on each axis).
   struct Entry {
     LocalBin bin;
     std::int32_t slot;
@@ -65,8 +65,10 @@ class BinIndex {
     Reader(Reader&&) noexcept;
     /// Row of one bin, or kNoSlot.
     std::int32_t row_at(const LocalBin& bin);
+    /// rows[n] = row of bins[n], or kNoSlot.
+    void rows_of(std::span<const LocalBin> bins, std::span<std::int32_t> rows);
     /// Rows of the occupied bins in the (2 radius + 1)^3 window around `centre` (itself included), radius <= 8, in order of
-    /// k, then j, then i; appended to `rows`.
+    /// i, then j, then k (k runs fastest); appended to `rows`.
     void window(const LocalBin& centre, int radius, std::vector<std::int32_t>& rows);
     struct Neighbour {
       std::int32_t row;

@@ -1,0 +1,193 @@
+// SPDX-License-Identifier: Apache-2.0
+// The wall around OpenVDB. One Int32 tree maps local bins to slots; trees of structs would cost 1 kB per bin.
+#include "lattice/bin_index.hpp"
+
+#include <openvdb/tree/LeafNode.h>
+#include <openvdb/tree/RootNode.h>
+#include <openvdb/tree/Tree.h>
+#include <openvdb/tree/ValueAccessor.h>
+
+#include <algorithm>
+
+namespace scanmill {
+namespace {
+
+using Tree = openvdb::tree::Tree4<std::int32_t, 5, 4, 3>::Type;
+using Leaf = Tree::LeafNodeType;
+using openvdb::Coord;
+
+static_assert(Leaf::DIM == 8);
+
+constexpr std::size_t leaf_offset(const LocalBin& bin) {
+  return static_cast<std::size_t>(((bin[0] & 7) << 6) | ((bin[1] & 7) << 3) | (bin[2] & 7));
+}
+Coord leaf_origin(const LocalBin& bin) { return {bin[0] & ~7, bin[1] & ~7, bin[2] & ~7}; }
+
+/// Offsets of a leaf's 512 voxels along the Z-order curve (k most significant).
+const std::array<std::uint16_t, 512>& curve_in_leaf() {
+  static const std::array<std::uint16_t, 512> kTable = [] {
+    std::array<std::uint16_t, 512> table{};
+    for (unsigned code = 0; code < 512; ++code) {
+      int i = 0, j = 0, k = 0;
+      for (int bit = 0; bit < 3; ++bit) {
+        i |= static_cast<int>((code >> (3 * bit)) & 1) << bit;
+        j |= static_cast<int>((code >> (3 * bit + 1)) & 1) << bit;
+        k |= static_cast<int>((code >> (3 * bit + 2)) & 1) << bit;
+      }
+      table[code] = static_cast<std::uint16_t>((i << 6) | (j << 3) | k);
+    }
+    return table;
+  }();
+  return kTable;
+}
+
+}  // namespace
+
+struct BinTree::Impl {
+  Tree tree{kNoSlot};
+  openvdb::tree::ValueAccessor<Tree> accessor{tree};
+  std::int32_t next = 0;
+};
+
+BinTree::BinTree() : impl_(new Impl) {}
+BinTree::~BinTree() = default;
+BinTree::BinTree(BinTree&&) noexcept = default;
+BinTree& BinTree::operator=(BinTree&&) noexcept = default;
+
+void BinTree::slots_of(std::span<const LocalBin> bins, std::span<std::int32_t> slots) {
+  Leaf* leaf = nullptr;
+  std::int32_t* values = nullptr;
+  LocalBin at{};
+  for (std::size_t n = 0; n < bins.size(); ++n) {
+    const LocalBin& bin = bins[n];
+    if (leaf == nullptr || (((bin[0] ^ at[0]) | (bin[1] ^ at[1]) | (bin[2] ^ at[2])) & ~7) != 0) {
+      leaf = impl_->accessor.touchLeaf(leaf_origin(bin));
+      values = leaf->buffer().data();
+      at = bin;
+    }
+    const auto offset = static_cast<openvdb::Index>(leaf_offset(bin));
+    std::int32_t slot = values[offset];
+    if (slot == kNoSlot) {
+      slot = impl_->next++;
+      leaf->setValueOn(offset, slot);
+    }
+    slots[n] = slot;
+  }
+}
+
+std::int32_t BinTree::size() const { return impl_->next; }
+std::size_t BinTree::memory_bytes() const { return impl_->tree.memUsage(); }
+
+std::vector<BinTree::Entry> BinTree::sorted(const BinKey& base) const {
+  std::vector<const Leaf*> leaves;
+  impl_->tree.getNodes(leaves);
+  auto key_of = [&](const Leaf* leaf) {
+    const Coord o = leaf->origin();
+    return BinKey{base.i + o.x(), base.j + o.y(), base.k + o.z()};
+  };
+  std::sort(leaves.begin(), leaves.end(), [&](const Leaf* a, const Leaf* b) { return before(key_of(a), key_of(b)); });
+  std::vector<Entry> entries;
+  entries.reserve(static_cast<std::size_t>(impl_->next));
+  for (const Leaf* leaf : leaves) {
+    const Coord o = leaf->origin();
+    const std::int32_t* values = leaf->buffer().data();
+    for (const std::uint16_t offset : curve_in_leaf())
+      if (values[offset] != kNoSlot)
+        entries.push_back({{o.x() + (offset >> 6), o.y() + ((offset >> 3) & 7), o.z() + (offset & 7)}, values[offset]});
+  }
+  return entries;
+}
+
+struct BinIndex::Impl {
+  Tree tree{kNoSlot};
+};
+
+BinIndex::BinIndex() : impl_(new Impl) {}
+BinIndex::~BinIndex() = default;
+BinIndex::BinIndex(BinIndex&&) noexcept = default;
+BinIndex& BinIndex::operator=(BinIndex&&) noexcept = default;
+
+BinIndex BinIndex::over(std::span<const LocalBin> bins) {
+  BinIndex index;
+  openvdb::tree::ValueAccessor<Tree> accessor(index.impl_->tree);
+  for (std::size_t row = 0; row < bins.size(); ++row)
+    accessor.setValueOn({bins[row][0], bins[row][1], bins[row][2]}, static_cast<std::int32_t>(row));
+  return index;
+}
+
+std::size_t BinIndex::memory_bytes() const { return impl_->tree.memUsage(); }
+
+struct BinIndex::Reader::Impl {
+  explicit Impl(const Tree& tree) : accessor(tree) {}
+  openvdb::tree::ValueAccessor<const Tree> accessor;
+  // The 27 leaves around the last centre; null where there is none.
+  std::array<const std::int32_t*, 27> around{};
+  LocalBin centre{};
+  bool filled = false;
+
+  const std::int32_t* leaf_at(const Coord& origin) {
+    const Leaf* leaf = accessor.probeConstLeaf(origin);
+    return leaf != nullptr ? leaf->buffer().data() : nullptr;
+  }
+  void move_to(const LocalBin& bin) {
+    if (filled && (((bin[0] ^ centre[0]) | (bin[1] ^ centre[1]) | (bin[2] ^ centre[2])) & ~7) == 0) return;
+    const Coord o = leaf_origin(bin);
+    for (int n = 0; n < 27; ++n)
+      around[static_cast<std::size_t>(n)] =
+          leaf_at({o.x() + 8 * (n / 9 - 1), o.y() + 8 * (n / 3 % 3 - 1), o.z() + 8 * (n % 3 - 1)});
+    centre = bin;
+    filled = true;
+  }
+  template <class Body>
+  void visit(const LocalBin& bin, int radius, Body body) {
+    move_to(bin);
+    const int x = bin[0] & 7, y = bin[1] & 7, z = bin[2] & 7;
+    for (int dx = -radius; dx <= radius; ++dx) {
+      const int lx = ((x + dx) >> 3) + 1, vx = (x + dx) & 7;
+      for (int dy = -radius; dy <= radius; ++dy) {
+        const int ly = ((y + dy) >> 3) + 1, vy = (y + dy) & 7;
+        const std::int32_t* const* row = &around[static_cast<std::size_t>(lx * 9 + ly * 3)];
+        const int offset = vx << 6 | vy << 3;
+        for (int dz = -radius; dz <= radius; ++dz) {
+          const std::int32_t* values = row[((z + dz) >> 3) + 1];
+          if (values == nullptr) continue;
+          const std::int32_t slot = values[offset | ((z + dz) & 7)];
+          if (slot != kNoSlot) body(slot, dx, dy, dz);
+        }
+      }
+    }
+  }
+};
+
+BinIndex::Reader::Reader(const BinIndex& index) : impl_(new Impl(index.impl_->tree)) {}
+BinIndex::Reader::~Reader() = default;
+BinIndex::Reader::Reader(Reader&&) noexcept = default;
+
+std::int32_t BinIndex::Reader::row_at(const LocalBin& bin) { return impl_->accessor.getValue({bin[0], bin[1], bin[2]}); }
+
+void BinIndex::Reader::rows_of(std::span<const LocalBin> bins, std::span<std::int32_t> rows) {
+  const std::int32_t* values = nullptr;
+  LocalBin at{};
+  bool known = false;
+  for (std::size_t n = 0; n < bins.size(); ++n) {
+    const LocalBin& bin = bins[n];
+    if (!known || (((bin[0] ^ at[0]) | (bin[1] ^ at[1]) | (bin[2] ^ at[2])) & ~7) != 0) {
+      values = impl_->leaf_at(leaf_origin(bin));
+      at = bin;
+      known = true;
+    }
+    rows[n] = values != nullptr ? values[leaf_offset(bin)] : kNoSlot;
+  }
+}
+
+void BinIndex::Reader::window(const LocalBin& centre, int radius, std::vector<std::int32_t>& rows) {
+  impl_->visit(centre, radius, [&](std::int32_t row, int, int, int) { rows.push_back(row); });
+}
+
+void BinIndex::Reader::window(const LocalBin& centre, int radius, std::vector<Neighbour>& out) {
+  impl_->visit(centre, radius, [&](std::int32_t row, int dx, int dy, int dz) {
+    out.push_back({row, static_cast<std::int8_t>(dx), static_cast<std::int8_t>(dy), static_cast<std::int8_t>(dz)});
+  });
+}
+
+}  // namespace scanmill

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+// Passes over the points: winners and moments per bin, and winners against a plane. Internal to `reduce`.
+#pragma once
+#include <vector>
+
+#include "reduce/reduce.hpp"
+
+namespace scanmill::reduce {
+
+/// The point a bin keeps so far; ordered by (score, x, y, z, source).
+struct Winner {
+  double score = 1e300;
+  Vec3 position;
+  SourceKey source;
+};
+bool better(const Winner& a, const Winner& b);
+
+/// Corner of the local bins: a multiple of 1024 near the cloud, so that bins fit 32 bits.
+struct LocalFrame {
+  Lattice lattice;
+  BinKey base;
+  /// False when the bin does not fit.
+  bool bin_of(Vec3 p, LocalBin& bin) const;
+};
+
+struct BinTotals {
+  std::vector<BinTree::Entry> order;  // ascending key; slot into the arrays below
+  std::vector<Winner> winners;        // nearest the bin's centre
+  std::vector<Moments> moments;       // empty when not asked for
+  std::uint64_t index_bytes = 0;
+};
+
+struct ReadCounts {
+  std::uint64_t points_read = 0, not_finite = 0, sensor_invalid = 0, points_used = 0;
+  Bounds bounds;
+};
+
+/// Bounds and counts alone.
+Result<ReadCounts> read_bounds(const PointSource& points, const Context& context);
+/// A first point, for the base of local bins. errors  BadInput when there is none
+Result<Vec3> first_point(const PointSource& points);
+/// Pass 1. Private trees and arrays per worker, merged by bin: minimum and integer sums commute, so any split gives the same.
+Result<BinTotals> bin_points(const PointSource& points, const LocalFrame& frame, bool with_moments, ReadCounts& counts,
+                             const Context& context);
+/// Number of occupied bins at a trial edge.
+Result<std::uint64_t> count_bins(const PointSource& points, const LocalFrame& frame, const Context& context);
+
+/// What pass 2 measures a point of a bin against.
+struct Target {
+  Vec3 foot;      // global, mm
+  Vec3 normal;
+  bool crease = false;  // keep the point farthest from the plane through `foot`
+};
+/// Pass 2: per row the point with the least |p-f|^2 + 3 ((p-f).n)^2, or at creases the farthest from the plane.
+Result<std::vector<Winner>> pick_against(const PointSource& points, const LocalFrame& frame, const BinIndex& index,
+                                         const std::vector<Target>& targets, const Context& context);
+
+}  // namespace scanmill::reduce

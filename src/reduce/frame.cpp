@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: Apache-2.0
+// Local planes from exact moments (docs/algorithm.md, "Frame"). The moments are integers, the sums over the window run in a
+// fixed order, so a frame is the same whichever thread or brick computes it.
+#include "reduce/frame.hpp"
+
+#include <algorithm>
+
+#include "geom/plane_fit.hpp"
+
+namespace scanmill::reduce {
+namespace {
+
+constexpr std::size_t kGrain = 4096;
+constexpr double kUnit = 1.0 / 1024;
+constexpr double kWeight[2] = {1.0, 0.60653065971263342};  // exp(-d^2/2) for d = 0, 1
+constexpr int kMinBins = 4;
+constexpr double kMinTrace = 0.05;
+constexpr double kSignCosine = 0.25;  // a view this flat to the surface says nothing about its side
+
+struct Sums {
+  double weight = 0, sum[3] = {}, product[6] = {};
+  Vec3 direction;
+  int bins = 0;
+};
+
+void accumulate(Sums& s, const Moments& m, int di, int dj, int dk) {
+  const double w = kWeight[di != 0] * kWeight[dj != 0] * kWeight[dk != 0];
+  const double n = static_cast<double>(m.count), d[3] = {double(di), double(dj), double(dk)};
+  const double u[3] = {static_cast<double>(m.sum[0]) * kUnit, static_cast<double>(m.sum[1]) * kUnit,
+                       static_cast<double>(m.sum[2]) * kUnit};
+  s.weight += w * n;
+  for (int a = 0; a < 3; ++a) s.sum[a] += w * (u[a] + n * d[a]);
+  int z = 0;
+  for (int a = 0; a < 3; ++a)
+    for (int b = a; b < 3; ++b, ++z)
+      s.product[z] += w * (static_cast<double>(m.product[z]) * (kUnit * kUnit) + u[a] * d[b] + u[b] * d[a] + n * d[a] * d[b]);
+  s.direction += Vec3{static_cast<double>(m.view_direction[0]), static_cast<double>(m.view_direction[1]),
+                      static_cast<double>(m.view_direction[2])} *
+                 w;
+  ++s.bins;
+}
+
+}  // namespace
+
+Frames frames_of(const ReducedCloud& cloud, const std::vector<Moments>& moments, const Context& context) {
+  const std::size_t n = cloud.size();
+  Frames f;
+  f.centroid.resize(n);
+  f.normal.resize(n);
+  f.residual.resize(n);
+  f.variation.resize(n);
+  f.plane_distance.resize(n);
+  f.valid.resize(n);
+  f.sign_known.resize(n);
+  for_each_range(context, n, kGrain, [&](std::size_t begin, std::size_t end) {
+    BinIndex::Reader reader(cloud.index);
+    std::vector<BinIndex::Reader::Neighbour> around;
+    for (std::size_t row = begin; row < end; ++row) {
+      around.clear();
+      reader.window(cloud.bins[row], 1, around);
+      Sums s;
+      for (const auto& near : around) accumulate(s, moments[static_cast<std::size_t>(near.row)], near.di, near.dj, near.dk);
+      const double inverse = 1 / s.weight;
+      const Vec3 m{s.sum[0] * inverse, s.sum[1] * inverse, s.sum[2] * inverse};
+      const PlaneFit fit = fit_plane({s.product[0] * inverse - m.x * m.x, s.product[1] * inverse - m.x * m.y,
+                                      s.product[2] * inverse - m.x * m.z, s.product[3] * inverse - m.y * m.y,
+                                      s.product[4] * inverse - m.y * m.z, s.product[5] * inverse - m.z * m.z});
+      const double length = norm(s.direction), cosine = length > 0 ? dot(fit.normal, s.direction) / length : 0;
+      f.centroid[row] = centre_of(cloud.lattice, cloud.key(row)) + m * cloud.lattice.edge_mm;
+      f.normal[row] = cosine < 0 ? -fit.normal : fit.normal;
+      f.sign_known[row] = std::abs(cosine) > kSignCosine;
+      f.residual[row] = static_cast<float>(std::sqrt(fit.least));
+      f.variation[row] = static_cast<float>(fit.trace > 0 ? fit.least / fit.trace : 0);
+      f.plane_distance[row] = static_cast<float>(std::abs(dot(m, fit.normal)));
+      f.valid[row] = s.bins >= kMinBins && fit.trace > kMinTrace;
+    }
+  });
+  std::vector<float> residuals;
+  for (std::size_t row = 0; row < n; ++row)
+    if (f.valid[row]) residuals.push_back(f.residual[row]);
+  if (!residuals.empty()) {
+    auto middle = residuals.begin() + static_cast<std::ptrdiff_t>(residuals.size() / 2);
+    std::nth_element(residuals.begin(), middle, residuals.end());
+    f.median_residual = *middle;
+  }
+  return f;
+}
+
+void thin(ReducedCloud& cloud, const std::vector<double>& order, double distance_bins, bool on_projected,
+          const Context& context) {
+  const std::size_t n = cloud.size();
+  const double limit = distance_bins * cloud.lattice.edge_mm, limit2 = limit * limit;
+  const std::vector<Vec3>& position = on_projected ? cloud.projected : cloud.measured;
+  // Better neighbours within reach, as ranges of one array per piece.
+  const std::size_t pieces = (n + kGrain - 1) / kGrain;
+  std::vector<std::vector<std::uint32_t>> rivals(pieces);
+  std::vector<std::uint32_t> first(n), count(n, 0);
+  for_each_piece(context, n, kGrain, [&](std::size_t begin, std::size_t end, std::size_t piece, int) {
+    BinIndex::Reader reader(cloud.index);
+    std::vector<std::int32_t> around;
+    for (std::size_t row = begin; row < end; ++row) {
+      first[row] = static_cast<std::uint32_t>(rivals[piece].size());
+      if (cloud.drop[row] != Drop::Kept) continue;
+      around.clear();
+      reader.window(cloud.bins[row], 2, around);
+      for (const std::int32_t near : around) {
+        const auto other = static_cast<std::size_t>(near);
+        if (other == row || cloud.drop[other] != Drop::Kept) continue;
+        if (norm2(position[other] - position[row]) >= limit2) continue;
+        const bool stands_before = order[other] != order[row] ? order[other] < order[row] : other < row;
+        if (!stands_before) continue;
+        if (cloud.sign_known[row] && cloud.sign_known[other] && dot(cloud.normal[row], cloud.normal[other]) < 0) continue;
+        rivals[piece].push_back(static_cast<std::uint32_t>(other));
+      }
+      count[row] = static_cast<std::uint32_t>(rivals[piece].size()) - first[row];
+    }
+  });
+  enum : std::uint8_t { kOpen, kKept, kDropped };
+  std::vector<std::uint8_t> state(n), next(n);
+  std::vector<std::uint32_t> open;
+  for (std::size_t row = 0; row < n; ++row) {
+    state[row] = cloud.drop[row] != Drop::Kept ? kDropped : count[row] == 0 ? kKept : kOpen;
+    if (state[row] == kOpen) open.push_back(static_cast<std::uint32_t>(row));
+  }
+  while (!open.empty() && !context.cancel.is_set()) {
+    for_each_range(context, open.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) {
+        const std::uint32_t row = open[i];
+        const std::uint32_t* rival = rivals[row / kGrain].data() + first[row];
+        bool any_open = false, any_kept = false;
+        for (std::uint32_t k = 0; k < count[row]; ++k) {
+          any_open |= state[rival[k]] == kOpen;
+          any_kept |= state[rival[k]] == kKept;
+        }
+        next[row] = any_kept ? kDropped : any_open ? kOpen : kKept;
+      }
+    });
+    std::size_t left = 0;
+    for (const std::uint32_t row : open) {
+      state[row] = next[row];
+      if (state[row] == kOpen) open[left++] = row;
+    }
+    open.resize(left);
+  }
+  for (std::size_t row = 0; row < n; ++row)
+    if (cloud.drop[row] == Drop::Kept && state[row] == kDropped) cloud.drop[row] = Drop::NeighbourDistance;
+}
+
+}  // namespace scanmill::reduce

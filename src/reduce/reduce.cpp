@@ -1,0 +1,213 @@
+// SPDX-License-Identifier: Apache-2.0
+// Voxel-bin reduction: keep one measured point per bin (Bradley 2001, section 4.1).
+//
+// The paper keeps the point nearest the bin's centre and drops points by c1 and c2 on measured positions. With noise, bins
+// that the surface only grazes are then filled by the tail of the noise; `representative: surface` keeps the point nearest
+// the foot of the bin's centre on the local plane instead, and c2 is judged on positions projected to that plane.
+#include "reduce/reduce.hpp"
+
+#include <algorithm>
+
+#include "reduce/binning.hpp"
+#include "reduce/frame.hpp"
+
+namespace scanmill::reduce {
+namespace {
+
+/// Relative to the median residual, and in bin edges: above both a bin lies on a crease.
+constexpr double kCreaseOverMedian = 2.5, kCreaseResidual = 0.2;
+/// A foot farther than this from the measured point is no foot of this surface; the measured point is used.
+constexpr double kMaxProjection = 1.5;
+
+std::int64_t round_down(std::int64_t value) { return value & ~std::int64_t{1023}; }
+
+LocalFrame local_frame(const Lattice& lattice, Vec3 somewhere) {
+  const BinKey bin = bin_of(lattice, somewhere);
+  return {lattice, {round_down(bin.i), round_down(bin.j), round_down(bin.k)}};
+}
+
+Result<void> check(const LatticeParams& lattice, const Params& params) {
+  std::vector<std::string> problems = problems_of(LatticeParams::fields(), &lattice);
+  for (std::string& problem : problems_of(Params::fields(), &params)) problems.push_back(std::move(problem));
+  const int given = lattice.bin_mm.has_value() + lattice.target_points.has_value() + lattice.target_bins.has_value();
+  if (given != 1)
+    problems.push_back("lattice: found " + std::to_string(given) +
+                       " of bin_mm, target_points and target_bins; exactly one must be given");
+  if (problems.empty()) return {};
+  std::string text = problems.front();
+  for (std::size_t i = 1; i < problems.size(); ++i) text += "\n" + problems[i];
+  return fail(Code::BadParameter, text);
+}
+
+void fill_arrays(ReducedCloud& cloud, BinTotals& totals, const Params& params) {
+  const std::size_t n = totals.order.size();
+  cloud.bins.resize(n);
+  cloud.measured.resize(n);
+  cloud.source.resize(n);
+  cloud.counts.resize(n);
+  cloud.drop.assign(n, Drop::Kept);
+  for (std::size_t row = 0; row < n; ++row) {
+    const auto slot = static_cast<std::size_t>(totals.order[row].slot);
+    cloud.bins[row] = totals.order[row].bin;
+    cloud.measured[row] = totals.winners[slot].position;
+    cloud.source[row] = totals.winners[slot].source;
+    cloud.counts[row] = totals.moments[slot].count;
+    if (cloud.counts[row] < params.min_points_per_bin) cloud.drop[row] = Drop::TooFewPoints;
+  }
+  cloud.index = BinIndex::over(cloud.bins);
+}
+
+/// Second pass: replaces the winners by the points nearest to the feet of the bins' centres.
+Result<void> pick_representatives(const PointSource& points, const LocalFrame& frame, const Frames& frames,
+                                  const Params& params, ReducedCloud& cloud, const Context& context) {
+  const double crease_from = std::max(kCreaseOverMedian * frames.median_residual, kCreaseResidual);
+  std::vector<Target> targets(cloud.size());
+  for (std::size_t row = 0; row < cloud.size(); ++row) {
+    const Vec3 centre = centre_of(cloud.lattice, cloud.key(row)), n = frames.normal[row];
+    Target& target = targets[row];
+    target.normal = n;
+    target.foot = centre - n * dot(centre - frames.centroid[row], n);
+    target.crease = params.edge_aware && frames.residual[row] > crease_from;
+    if (target.crease) target.foot = frames.centroid[row];
+  }
+  TRY_ASSIGN(const std::vector<Winner> winners, pick_against(points, frame, cloud.index, targets, context));
+  for (std::size_t row = 0; row < cloud.size(); ++row) {
+    cloud.measured[row] = winners[row].position;
+    cloud.source[row] = winners[row].source;
+  }
+  return {};
+}
+
+void project(ReducedCloud& cloud, const Frames& frames) {
+  const double limit = kMaxProjection * cloud.lattice.edge_mm;
+  cloud.projected = cloud.measured;
+  for (std::size_t row = 0; row < cloud.size(); ++row) {
+    if (!frames.valid[row]) continue;
+    const double off = dot(cloud.measured[row] - frames.centroid[row], frames.normal[row]);
+    if (std::abs(off) < limit) cloud.projected[row] = cloud.measured[row] - frames.normal[row] * off;
+  }
+}
+
+void drop_points(ReducedCloud& cloud, const Params& params, const Context& context) {
+  const double h = cloud.lattice.edge_mm;
+  std::vector<double> order(cloud.size());
+  for (std::size_t row = 0; row < cloud.size(); ++row) {
+    const double to_centre = norm2(cloud.measured[row] - centre_of(cloud.lattice, cloud.key(row)));
+    order[row] = params.representative == Representative::Centre ? to_centre : cloud.plane_distance[row];
+    if (cloud.drop[row] != Drop::Kept) continue;
+    if (!cloud.frame_valid[row]) cloud.drop[row] = Drop::Isolated;
+    else if (params.max_centre_distance && to_centre > (*params.max_centre_distance * h) * (*params.max_centre_distance * h))
+      cloud.drop[row] = Drop::CentreDistance;
+  }
+  if (params.min_neighbour_distance && *params.min_neighbour_distance > 0)
+    thin(cloud, order, *params.min_neighbour_distance, params.neighbour_positions == NeighbourPositions::Projected, context);
+}
+
+void count_drops(const ReducedCloud& cloud, Report& report) {
+  report.bins = cloud.size();
+  for (const Drop drop : cloud.drop) switch (drop) {
+      case Drop::Kept: ++report.kept; break;
+      case Drop::TooFewPoints: ++report.dropped_too_few; break;
+      case Drop::Isolated: ++report.dropped_isolated; break;
+      case Drop::CentreDistance: ++report.dropped_centre_distance; break;
+      case Drop::NeighbourDistance: ++report.dropped_neighbour_distance; break;
+    }
+}
+
+Result<Reduction> reduce_on(const PointSource& points, const Lattice& lattice, Vec3 somewhere, const Params& params,
+                            const Context& context) {
+  const LocalFrame frame = local_frame(lattice, somewhere);
+  Reduction out;
+  ReadCounts counts;
+  TRY_ASSIGN(BinTotals totals, bin_points(points, frame, true, counts, context));
+  ReducedCloud& cloud = out.cloud;
+  cloud.lattice = lattice;
+  cloud.base = frame.base;
+  fill_arrays(cloud, totals, params);
+  std::vector<Moments> moments(cloud.size());
+  for (std::size_t row = 0; row < cloud.size(); ++row) moments[row] = totals.moments[static_cast<std::size_t>(totals.order[row].slot)];
+  Report& report = out.report;
+  report.index_bytes = totals.index_bytes;
+  report.record_bytes = totals.winners.size() * (sizeof(Winner) + sizeof(Moments));
+  totals = BinTotals();
+  Frames frames = frames_of(cloud, moments, context);
+  if (params.representative == Representative::Surface)
+    TRY(pick_representatives(points, frame, frames, params, cloud, context));
+  project(cloud, frames);
+  cloud.normal = std::move(frames.normal);
+  cloud.residual = std::move(frames.residual);
+  cloud.variation = std::move(frames.variation);
+  cloud.plane_distance = std::move(frames.plane_distance);
+  cloud.frame_valid = std::move(frames.valid);
+  cloud.sign_known = std::move(frames.sign_known);
+  drop_points(cloud, params, context);
+  if (context.cancel.is_set()) return fail(Code::Cancelled, "stopped on request");
+  report.points_read = counts.points_read;
+  report.not_finite = counts.not_finite;
+  report.sensor_invalid = counts.sensor_invalid;
+  report.points_used = counts.points_used;
+  report.bounds = counts.bounds;
+  report.median_residual = frames.median_residual;
+  report.bin_mm = lattice.edge_mm;
+  count_drops(cloud, report);
+  return out;
+}
+
+/// Bisection on the bin edge: occupied bins fall as the edge grows. Ends within 2 % of the wanted number or after 24 trials.
+/// The edge found is rounded to three significant digits, so that it can be written into a job.
+Result<double> edge_for_bins(const PointSource& points, const Bounds& bounds, Vec3 origin, double wanted, const Context& context) {
+  const Vec3 size = bounds.size();
+  const double extent = std::max({size.x, size.y, size.z});
+  if (!(extent > 0)) return fail(Code::BadInput, "all points coincide; no bin edge gives the wanted number of bins");
+  double low = extent / (2 * std::sqrt(wanted)) / 8, high = extent * 2;
+  double edge = extent / std::sqrt(wanted);
+  for (int trial = 0; trial < 24; ++trial) {
+    const Lattice lattice{edge, origin};
+    TRY_ASSIGN(const std::uint64_t bins, count_bins(points, local_frame(lattice, bounds.low), context));
+    const double ratio = static_cast<double>(bins) / wanted;
+    if (ratio > 0.98 && ratio < 1.02) break;
+    if (ratio > 1) low = std::max(low, edge);
+    else high = std::min(high, edge);
+    const double guess = edge * std::sqrt(ratio);  // surfaces: bins go with the inverse square of the edge
+    edge = guess > low && guess < high ? guess : (low + high) / 2;
+  }
+  double scale = 1;
+  while (edge * scale < 100) scale *= 10;
+  while (edge * scale >= 1000) scale /= 10;
+  return static_cast<double>(static_cast<std::int64_t>(edge * scale + 0.5)) / scale;
+}
+
+}  // namespace
+
+Result<Reduction> reduce_cloud(const PointSource& points, const LatticeParams& params, const Params& reduce,
+                               const Context& context) {
+  TRY(check(params, reduce));
+  Lattice lattice;
+  TRY_ASSIGN(Vec3 somewhere, first_point(points));
+  const bool needs_bounds = params.origin == Origin::Bounds || !params.bin_mm;
+  if (!needs_bounds) {
+    lattice.edge_mm = *params.bin_mm;
+    return reduce_on(points, lattice, somewhere, reduce, context);
+  }
+  TRY_ASSIGN(const ReadCounts extent, read_bounds(points, context));
+  if (params.origin == Origin::Bounds) lattice.origin = extent.bounds.low;
+  somewhere = extent.bounds.low;
+  if (params.bin_mm) {
+    lattice.edge_mm = *params.bin_mm;
+    return reduce_on(points, lattice, somewhere, reduce, context);
+  }
+  const double wanted = params.target_bins ? *params.target_bins : *params.target_points;
+  TRY_ASSIGN(lattice.edge_mm, edge_for_bins(points, extent.bounds, lattice.origin, wanted, context));
+  if (params.target_bins) return reduce_on(points, lattice, somewhere, reduce, context);
+  // Kept points are a share of the bins that thinning decides; correct for it twice.
+  double aim = wanted;
+  for (int round = 0;; ++round) {
+    TRY_ASSIGN(Reduction out, reduce_on(points, lattice, somewhere, reduce, context));
+    const double kept = static_cast<double>(out.report.kept);
+    if (round == 2 || kept == 0 || std::abs(kept / wanted - 1) < 0.03) return out;
+    aim *= wanted / kept;
+    TRY_ASSIGN(lattice.edge_mm, edge_for_bins(points, extent.bounds, lattice.origin, aim, context));
+  }
+}
+
+}  // namespace scanmill::reduce
