@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: Apache-2.0
+// Completion touches 1-3 % of the points: candidates in canonical order, small loops, then repairs round by round until
+// nothing improves. Every insertion needs free directed edges, free sectors, no fold, and no crossing with any triangle in
+// reach; what cannot be closed under these rules stays open and is listed.
+#include "stars/complete.hpp"
+
+#include <algorithm>
+
+namespace scanmill::stars {
+namespace {
+
+constexpr std::size_t kLongestRepaired = 120;  // edges
+constexpr int kRounds = 10;
+constexpr double kFold = -0.5;
+
+/// Removes one triangle of each crossing pair: fewer votes goes, then the larger circumradius, then the later one.
+std::size_t cut_crossings(Site& site, Report& report) {
+  std::vector<std::uint32_t> worse, others;
+  auto goes = [&](std::uint32_t x, std::uint32_t y) {
+    if (site.complex.votes(x) != site.complex.votes(y)) return site.complex.votes(x) < site.complex.votes(y);
+    const Corners p = site.corners(site.complex.triangle(x)), q = site.corners(site.complex.triangle(y));
+    const double rx = circumradius(p.at[0], p.at[1], p.at[2]), ry = circumradius(q.at[0], q.at[1], q.at[2]);
+    return rx != ry ? rx > ry : p.id > q.id;
+  };
+  for (std::uint32_t t = 0; t < site.complex.triangle_count(); ++t) {
+    if (!site.complex.alive(t)) continue;
+    others.clear();
+    site.crossings_after(t, others);
+    for (const std::uint32_t k : others) worse.push_back(goes(t, k) ? t : k);
+  }
+  std::sort(worse.begin(), worse.end());
+  worse.erase(std::unique(worse.begin(), worse.end()), worse.end());
+  for (const std::uint32_t t : worse) site.complex.remove(t);
+  report.crossings_cut += worse.size();
+  return worse.size();
+}
+
+void peel_all(Site& site, Report& report) {
+  while (const std::size_t removed = peel(site, open_vertices(site))) report.peeled += removed;
+}
+
+}  // namespace
+
+void insert_candidates(Site& site, const std::vector<Candidate>& candidates, Report& report) {
+  for (const Candidate& candidate : candidates) {
+    const Triangle& t = candidate.corners;
+    if (!site.complex.edges_free(t) || !site.within_limits(t)) continue;
+    if (!site.sectors_free(t)) ++report.turned_back_sector;
+    else if (!site.fold_free(t, kFold)) ++report.turned_back_fold;
+    else if (site.crossing_of(t) != kNone) ++report.turned_back_crossing;
+    else {
+      site.complex.add(t, candidate.votes);
+      ++report.candidates_added;
+    }
+  }
+}
+
+void complete(Site& site, const std::vector<Candidate>& candidates, Report& report, const Context& context) {
+  insert_candidates(site, candidates, report);
+  fill_loops(site, open_vertices(site), report);
+  report.peeled += peel(site, open_vertices(site));
+  cut_crossings(site, report);  // confirmed triangles were not tested against each other
+  for (int round = 0; round < kRounds && !context.cancel.is_set(); ++round) {
+    const std::int64_t before = site.complex.open_edges() + site.complex.unused();
+    std::uint64_t too_long = 0;
+    for (const Loop& loop : trace_loops(site, open_vertices(site), kLongestRepaired, too_long))
+      for (int level = 0; level < 4; ++level)
+        if (repair_loop(site, loop, level, report)) break;
+    if (site.complex.open_edges() + site.complex.unused() == before && round > 0) break;
+  }
+  peel_all(site, report);
+}
+
+}  // namespace scanmill::stars
