@@ -5,6 +5,7 @@
 #include "stars/complete.hpp"
 
 #include <algorithm>
+#include <numeric>
 
 namespace scanmill::stars {
 namespace {
@@ -35,8 +36,11 @@ std::size_t cut_crossings(Site& site, Report& report) {
   return worse.size();
 }
 
+/// Also finds vertices where two closed fans touch.
 void peel_all(Site& site, Report& report) {
-  while (const std::size_t removed = peel(site, open_vertices(site))) report.peeled += removed;
+  std::vector<std::uint32_t> all(site.complex.vertex_count());
+  std::iota(all.begin(), all.end(), 0u);
+  while (const std::size_t removed = peel(site, all)) report.peeled += removed;
 }
 
 }  // namespace

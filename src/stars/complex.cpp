@@ -110,6 +110,29 @@ std::vector<std::uint32_t> Complex::touched() const {
   return list;
 }
 
+bool Complex::single_fan(std::uint32_t v) const {
+  const Fan& fan = fans_[v];
+  if (fan.size() < 2) return true;
+  std::uint32_t first, at, met = 1;
+  after(*fan.begin(), v, first, at);
+  // Forward from the first triangle's far side until the fan closes or ends, then backward from its near side.
+  auto walk = [&](std::uint32_t from, bool forward) {
+    for (;;) {
+      const std::uint32_t t = forward ? half(v, from) : half(from, v);
+      if (t == kNone) return false;
+      std::uint32_t a, b;
+      after(t, v, a, b);
+      from = forward ? b : a;
+      ++met;
+      if (forward && from == first) return true;
+      if (met > fan.size()) return true;
+    }
+  };
+  if (at == first) return false;
+  if (!walk(at, true)) walk(first, false);
+  return met == fan.size();
+}
+
 void Complex::split_fans(std::uint32_t v, std::vector<std::vector<std::uint32_t>>& groups) const {
   groups.clear();
   std::vector<std::uint32_t> left(fans_[v].begin(), fans_[v].end());

@@ -91,6 +91,8 @@ class Complex {
   /// Triangles added or removed since `begin`.
   std::vector<std::uint32_t> touched() const;
 
+  /// v's triangles form one fan; no memory is taken.
+  bool single_fan(std::uint32_t v) const;
   /// Fans of v as groups of triangles joined over edges at v, each ascending; the order of groups is by least triangle.
   void split_fans(std::uint32_t v, std::vector<std::vector<std::uint32_t>>& groups) const;
 

@@ -12,7 +12,6 @@ namespace {
 constexpr std::size_t kLongestFilled = 60;    // edges
 constexpr std::size_t kLongestFanned = 10;    // edges of a loop that may close around one point
 constexpr int kPlans = 10;                    // triangulations tried before a loop is left
-constexpr double kFoldInFill = -0.8;          // least normal product over an edge inside a fill
 constexpr double kNever = 1e18;
 
 /// Plan of a polygon's triangulation: middle[i][j] = k of the triangle (i, k, j).
@@ -70,7 +69,7 @@ std::vector<Triangle> triangles_of(const Plan& plan, const Loop& loop) {
 bool add_all(Site& site, const std::vector<Triangle>& list, Triangle& failed) {
   std::vector<std::uint32_t> added;
   for (const Triangle& t : list) {
-    if (!site.complex.edges_free(t) || !site.within_limits(t) || !site.fold_free(t, kFoldInFill) || site.crossing_of(t) != kNone) {
+    if (!site.complex.edges_free(t) || !site.within_limits(t) || !site.fold_free(t, site.fill_fold) || site.crossing_of(t) != kNone) {
       failed = t;
       for (const std::uint32_t number : added) site.complex.remove(number);
       return false;

@@ -89,9 +89,8 @@ std::size_t peel(Site& site, const std::vector<std::uint32_t>& vertices) {
   std::size_t removed = 0;
   std::vector<std::vector<std::uint32_t>> groups;
   for (const std::uint32_t v : vertices) {
-    if (site.complex.fan(v).size() < 2 || !site.complex.is_open(v)) continue;
+    if (site.complex.single_fan(v)) continue;
     site.complex.split_fans(v, groups);
-    if (groups.size() < 2) continue;
     std::size_t largest = 0;
     for (std::size_t g = 1; g < groups.size(); ++g)
       if (groups[g].size() > groups[largest].size()) largest = g;

@@ -9,7 +9,7 @@ namespace scanmill::stars {
 namespace {
 
 constexpr int kFrontPasses = 12;
-constexpr double kFoldWithSectors = -0.5, kFoldWithout = -0.8;
+constexpr double kFoldWithSectors = -0.5, kFoldEarly = -0.8, kFoldLate = -0.97;
 constexpr double kCostEarly = 15, kCostLate = 80;  // greatest fill cost of a front triangle, levels 0-1 and 2-3
 
 using Half = std::pair<std::uint32_t, std::uint32_t>;
@@ -104,7 +104,7 @@ void fill_front(Site& site, const std::vector<std::uint32_t>& vertices, double g
     for (const FrontChoice& choice : choices) {
       const Triangle& t = choice.t;
       if (!site.complex.edges_free(t) || (with_sectors && !site.sectors_free(t)) ||
-          !site.fold_free(t, with_sectors ? kFoldWithSectors : kFoldWithout) || site.crossing_of(t) != kNone)
+          !site.fold_free(t, with_sectors ? kFoldWithSectors : site.fill_fold) || site.crossing_of(t) != kNone)
         continue;
       site.complex.add(t, 0);
       ++added;
@@ -148,11 +148,13 @@ bool repair_loop(Site& site, const Loop& loop, int level, Report& report) {
       old_normals.push_back({v, site.normal[v]});
       site.normal[v] = unit(sum);
     }
+  site.fill_fold = level < 2 ? kFoldEarly : kFoldLate;
   Report inner;
   if (level == 2) fill_loops(site, ring, inner);
   fill_front(site, ring, level < 2 ? kCostEarly : kCostLate, level < 2);
   std::size_t peeled = peel(site, ring);
   fill_loops(site, ring, inner);
+  site.fill_fold = kFoldEarly;
   more.clear();
   for (const std::uint32_t t : site.complex.touched())
     for (const std::uint32_t v : site.complex.triangle(t)) more.push_back(v);

@@ -19,6 +19,7 @@ class Site {
 
   Complex complex;
   std::vector<Vec3> normal;  // per vertex; repairs renew some
+  double fill_fold = -0.8;   // least normal product over an edge of a fill; late repairs allow sharper creases
   const SurfacePoints& points;
 
   double h() const { return points.edge_mm; }
