@@ -36,13 +36,15 @@ class Figurine final : public Object {
     const double here = distance(p);
     Vec3 q = p;
     double last = -1;
-    for (int round = 0; round < 200; ++round) {
-      for (int drop = 0; drop < 4; ++drop) {
+    for (int round = 0; round < 100; ++round) {
+      for (int drop = 0; drop < 8; ++drop) {
+        const double off_surface = distance(q);
+        if (std::abs(off_surface) < 1e-12) break;
         const Vec3 g = gradient(q);
-        q += g * (-distance(q) / norm2(g));
+        q += g * (-off_surface / std::max(norm2(g), 0.05));  // deep inside, the gradient may vanish
       }
       const double length = norm(p - q);
-      if (std::abs(length - last) < 1e-13 && round > 3) break;
+      if (std::abs(length - last) < 1e-11) break;
       last = length;
       const Vec3 n = unit(gradient(q)), off = p - q;
       q += off - n * dot(off, n);

@@ -26,7 +26,7 @@ class Object {
   /// bound it.
   virtual double distance(Vec3 p) const = 0;
   /// True signed distance to the surface, for judging points near it: exact, or (figurine) refined to 1e-7 mm where
-  /// |distance| <= 1 mm; farther off the figurine it is the distance to one point of the surface, thus an upper bound.
+  /// |distance| <= 1 mm; farther off the figurine it is an estimate.
   virtual double surface_distance(Vec3 p) const = 0;
   virtual Bounds bounds() const = 0;
   /// False for points of the surface that are not meant to be seen (the handset's bottom).
