@@ -87,15 +87,26 @@ Merged merge_components(const Input& in, const Params& params) {
     out.vertex_row.push_back(row);
     out.mesh.positions.push_back(in.positions[row]);
   }
-  for (const Triangle& t : in.triangles) {
+  struct Face {
+    Triangle corners;
+    std::uint32_t patch;
+  };
+  std::vector<Face> faces;
+  for (std::size_t f = 0; f < in.triangles.size(); ++f) {
+    const Triangle& t = in.triangles[f];
     const std::uint32_t c = label[t[0]];
     if (dropped[c]) continue;
     Triangle own{vertex[t[0]], vertex[t[1]], vertex[t[2]]};
     if (turned[c]) std::swap(own[1], own[2]);
     std::rotate(own.begin(), std::min_element(own.begin(), own.end()), own.end());
-    out.mesh.triangles.push_back(own);
+    faces.push_back({own, in.patch.empty() ? kNoTriangle : in.patch[f]});
   }
-  std::sort(out.mesh.triangles.begin(), out.mesh.triangles.end());
+  std::sort(faces.begin(), faces.end(), [](const Face& a, const Face& b) { return a.corners < b.corners; });
+  out.mesh.triangles.reserve(faces.size());
+  for (const Face& face : faces) {
+    out.mesh.triangles.push_back(face.corners);
+    if (!in.patch.empty()) out.mesh.patch.push_back(face.patch);
+  }
   return out;
 }
 

@@ -15,6 +15,7 @@ struct Input {
   Vec3 offset;
   std::span<const std::uint8_t> side_known;  // per row: views told the side of its component
   std::span<const Triangle> triangles;       // rows; two-manifold, consistently oriented
+  std::span<const std::uint32_t> patch;      // per triangle; may be empty
 };
 
 /// A component that was dropped.
@@ -24,7 +25,7 @@ struct Stray {
 };
 
 struct Merged {
-  Mesh mesh;                                // patch left empty
+  Mesh mesh;                                // patch as given, in the mesh's order of triangles
   std::vector<std::uint32_t> vertex_row;    // per vertex
   std::vector<Stray> strays;                // largest first
   std::uint64_t components = 0, turned_components = 0, turned_by_volume = 0;

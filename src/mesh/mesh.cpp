@@ -165,6 +165,39 @@ TopologyCounts topology_of(const Mesh& mesh) {
   return counts;
 }
 
+std::vector<std::uint8_t> single_fan_triangles(std::size_t vertex_count, std::span<const Triangle> triangles) {
+  std::vector<std::uint8_t> stays(triangles.size(), 1);
+  const auto across = edge_neighbours(vertex_count, triangles);
+  auto corner_of = [&](std::uint32_t t, std::uint32_t v) {
+    std::uint32_t k = 0;
+    while (triangles[t][k] != v) ++k;
+    return 3 * t + k;
+  };
+  for (bool changed = true; changed;) {
+    changed = false;
+    Groups corners(triangles.size() * 3);
+    for (std::uint32_t c = 0; c < across.size(); ++c) {
+      const std::uint32_t other = across[c];
+      if (!stays[c / 3] || other == kNoTriangle || !stays[other]) continue;
+      for (const std::uint32_t k : {c % 3, (c % 3 + 1) % 3}) corners.join(3 * (c / 3) + k, corner_of(other, triangles[c / 3][k]));
+    }
+    std::vector<std::uint32_t> size(triangles.size() * 3, 0), best(vertex_count, kNoTriangle);
+    for (std::uint32_t c = 0; c < across.size(); ++c)
+      if (stays[c / 3]) ++size[corners.root(c)];
+    for (std::uint32_t c = 0; c < across.size(); ++c) {
+      if (!stays[c / 3] || corners.root(c) != c) continue;
+      std::uint32_t& largest = best[triangles[c / 3][c % 3]];
+      if (largest == kNoTriangle || size[c] > size[largest]) largest = c;
+    }
+    for (std::uint32_t c = 0; c < across.size(); ++c)
+      if (stays[c / 3] && corners.root(c) != best[triangles[c / 3][c % 3]]) {
+        stays[c / 3] = 0;
+        changed = true;
+      }
+  }
+  return stays;
+}
+
 double signed_volume(const Mesh& mesh) {
   double sum = 0;
   for (const Triangle& t : mesh.triangles)

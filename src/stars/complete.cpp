@@ -5,6 +5,7 @@
 #include "stars/complete.hpp"
 
 #include <algorithm>
+#include <map>
 #include <numeric>
 
 namespace scanmill::stars {
@@ -43,6 +44,50 @@ void peel_all(Site& site, Report& report) {
   while (const std::size_t removed = peel(site, all)) report.peeled += removed;
 }
 
+/// Which loops failed and what changed since: a repair is a pure function of its surroundings, so a loop that failed is
+/// tried again only when something near it has changed.
+class RepairHistory {
+ public:
+  explicit RepairHistory(const Site& site) : site_(site), changed_at_(site.complex.vertex_count(), 0) {}
+
+  bool worth_trying(const Loop& loop) const {
+    const auto found = failed_at_.find(loop);
+    if (found == failed_at_.end()) return true;
+    std::vector<std::int32_t> near;
+    for (const std::uint32_t v : loop) {
+      near.clear();
+      site_.around(v, kSurroundings, near);
+      for (const std::int32_t row : near)
+        if (changed_at_[static_cast<std::size_t>(row)] > found->second) return true;
+    }
+    return false;
+  }
+  void record(const Loop& loop, bool repaired) {
+    if (!repaired) failed_at_[loop] = time_;
+  }
+  void changed(const std::vector<std::uint32_t>& vertices) {
+    ++time_;
+    for (const std::uint32_t v : vertices) changed_at_[v] = time_;
+  }
+
+ private:
+  static constexpr int kSurroundings = 6;  // bins: two rings of triangles and their reach
+  const Site& site_;
+  std::vector<std::uint32_t> changed_at_;
+  std::map<Loop, std::uint32_t> failed_at_;
+  std::uint32_t time_ = 0;
+};
+
+bool repair(Site& site, const Loop& loop, Report& report, RepairHistory& history) {
+  std::vector<std::uint32_t> changed;
+  for (int level = 0; level < 4; ++level)
+    if (repair_loop(site, loop, level, report, changed)) {
+      history.changed(changed);
+      return true;
+    }
+  return false;
+}
+
 }  // namespace
 
 void insert_candidates(Site& site, const std::vector<Candidate>& candidates, Report& report) {
@@ -64,12 +109,11 @@ void complete(Site& site, const std::vector<Candidate>& candidates, Report& repo
   fill_loops(site, open_vertices(site), report);
   report.peeled += peel(site, open_vertices(site));
   cut_crossings(site, report);  // confirmed triangles were not tested against each other
+  RepairHistory history(site);
   for (int round = 0; round < kRounds && !context.cancel.is_set(); ++round) {
     const std::int64_t before = site.complex.open_edges() + site.complex.unused();
-    std::uint64_t too_long = 0;
-    for (const Loop& loop : trace_loops(site, open_vertices(site), kLongestRepaired, too_long))
-      for (int level = 0; level < 4; ++level)
-        if (repair_loop(site, loop, level, report)) break;
+    for (const Loop& loop : trace_loops(site, open_vertices(site), kLongestRepaired))
+      if (history.worth_trying(loop)) history.record(loop, repair(site, loop, report, history));
     if (site.complex.open_edges() + site.complex.unused() == before && round > 0) break;
   }
   peel_all(site, report);

@@ -11,9 +11,8 @@ namespace scanmill::stars {
 using Loop = std::vector<std::uint32_t>;  // missing half-edges loop[k] -> loop[k + 1]; least vertex first
 
 /// Loops of missing half-edges that touch the given vertices (ascending), at most `longest` edges; shortest first, then by
-/// vertices. Longer ones are only counted.
-std::vector<Loop> trace_loops(const Site& site, const std::vector<std::uint32_t>& vertices, std::size_t longest,
-                              std::uint64_t& too_long);
+/// vertices.
+std::vector<Loop> trace_loops(const Site& site, const std::vector<std::uint32_t>& vertices, std::size_t longest);
 /// Vertices that end an open half-edge, ascending.
 std::vector<std::uint32_t> open_vertices(const Site& site);
 
@@ -33,7 +32,8 @@ double fill_cost(const Site& site, const Triangle& t);
 
 /// One open loop as a transaction: free doubtful triangles around it (level 0 none .. 3 the whole ring), grow a front
 /// through it, fill the rest; kept only if open edges plus unused points fall.
-bool repair_loop(Site& site, const Loop& loop, int level, Report& report);
+/// `changed` gets the vertices of the triangles that came and went.
+bool repair_loop(Site& site, const Loop& loop, int level, Report& report, std::vector<std::uint32_t>& changed);
 
 /// All of the above in order; afterwards no two triangles cross.
 void complete(Site& site, const std::vector<Candidate>& candidates, Report& report, const Context& context);

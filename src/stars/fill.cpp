@@ -164,10 +164,8 @@ bool fill_loop(Site& site, const Loop& loop, Report& report) {
 }
 
 void fill_loops(Site& site, const std::vector<std::uint32_t>& vertices, Report& report) {
-  std::uint64_t too_long = 0;
-  const std::vector<Loop> loops = trace_loops(site, vertices, kLongestFilled, too_long);
+  const std::vector<Loop> loops = trace_loops(site, vertices, kLongestFilled);
   report.loops_found += loops.size();
-  report.loops_too_long += too_long;
   for (const Loop& loop : loops) {
     bool still_open = true;  // an earlier fill may have closed an edge of this loop
     for (std::size_t i = 0; i < loop.size() && still_open; ++i)

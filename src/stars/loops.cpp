@@ -6,8 +6,6 @@
 namespace scanmill::stars {
 namespace {
 
-constexpr std::size_t kMaxWalk = 200000;
-
 /// The hole's next missing half-edge a -> w after b -> a; where several holes meet at a, the one with the smallest turn.
 std::uint32_t next_open(const Site& site, std::uint32_t b, std::uint32_t a) {
   const double towards_b = site.angle_at(a, b);
@@ -37,8 +35,7 @@ std::vector<std::uint32_t> open_vertices(const Site& site) {
   return list;
 }
 
-std::vector<Loop> trace_loops(const Site& site, const std::vector<std::uint32_t>& vertices, std::size_t longest,
-                              std::uint64_t& too_long) {
+std::vector<Loop> trace_loops(const Site& site, const std::vector<std::uint32_t>& vertices, std::size_t longest) {
   std::vector<Half> starts;
   for (const std::uint32_t v : vertices) {
     if (!site.complex.is_open(v)) continue;
@@ -61,7 +58,7 @@ std::vector<Loop> trace_loops(const Site& site, const std::vector<std::uint32_t>
     Loop loop;
     auto [p, q] = starts[s];
     bool closed = false;
-    for (std::size_t step = 0; step < kMaxWalk; ++step) {
+    for (std::size_t step = 0; step <= longest; ++step) {
       mark({p, q});
       loop.push_back(p);
       const std::uint32_t w = next_open(site, p, q);
@@ -73,10 +70,7 @@ std::vector<Loop> trace_loops(const Site& site, const std::vector<std::uint32_t>
         break;
       }
     }
-    if (!closed || loop.size() > longest) {
-      ++too_long;
-      continue;
-    }
+    if (!closed || loop.size() > longest) continue;
     std::rotate(loop.begin(), std::min_element(loop.begin(), loop.end()), loop.end());
     loops.push_back(std::move(loop));
   }

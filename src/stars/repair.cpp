@@ -113,7 +113,7 @@ void fill_front(Site& site, const std::vector<std::uint32_t>& vertices, double g
   }
 }
 
-bool repair_loop(Site& site, const Loop& loop, int level, Report& report) {
+bool repair_loop(Site& site, const Loop& loop, int level, Report& report, std::vector<std::uint32_t>& changed) {
   for (std::size_t i = 0; i < loop.size(); ++i)  // an earlier repair may have changed it
     if (site.complex.half(loop[i], loop[(i + 1) % loop.size()]) != kNone || site.complex.fan(loop[i]).empty()) return false;
   ++report.repairs_tried;
@@ -161,6 +161,8 @@ bool repair_loop(Site& site, const Loop& loop, int level, Report& report) {
   add_unique(ring, more);
   while (const std::size_t again = peel(site, ring)) peeled += again;
   if (site.complex.open_edges() + site.complex.unused() < before) {
+    for (const std::uint32_t t : site.complex.touched())
+      for (const std::uint32_t v : site.complex.triangle(t)) changed.push_back(v);
     site.complex.keep();
     ++report.repairs_kept;
     report.points_revived += inner.points_revived;

@@ -21,7 +21,7 @@ Site::Site(const SurfacePoints& surface, const Params& params, std::vector<Vec3>
       range2_(params.range_bins * params.range_bins * surface.edge_mm * surface.edge_mm),
       cos_min_angle_(cos_of_degrees(params.min_angle_deg)),
       // Farthest a point of a triangle with edges <= g1 can be from its nearest corner: g1 / sqrt(3).
-      reach_(params.range_bins * surface.edge_mm * 0.5774),
+      reach_(params.range_bins * surface.edge_mm * 0.57736),
       front_radius_(static_cast<int>(std::ceil(params.range_bins))),
       reader_(*surface.index) {}
 
@@ -91,6 +91,14 @@ void Site::rows_in_reach(const Triangle& t) const {
   }
   rows_.clear();
   reader_.box(low, high, rows_);
+  std::size_t near = 0;
+  for (const std::int32_t row : rows_) {
+    const Vec3 p = measured(static_cast<std::uint32_t>(row));
+    const bool within = p.x >= box.low.x - reach_ && p.x <= box.high.x + reach_ && p.y >= box.low.y - reach_ &&
+                        p.y <= box.high.y + reach_ && p.z >= box.low.z - reach_ && p.z <= box.high.z + reach_;
+    if (within) rows_[near++] = row;
+  }
+  rows_.resize(near);
 }
 
 namespace {

@@ -37,7 +37,7 @@ struct Report {
   std::uint64_t kept = 0;
   std::uint64_t confirmed = 0, candidates = 0, candidates_added = 0;
   std::uint64_t turned_back_sector = 0, turned_back_fold = 0, turned_back_crossing = 0;
-  std::uint64_t loops_found = 0, loops_filled = 0, loops_too_long = 0, triangles_filled = 0, points_revived = 0;
+  std::uint64_t loops_found = 0, loops_filled = 0, triangles_filled = 0, points_revived = 0;
   std::uint64_t repairs_tried = 0, repairs_kept = 0, peeled = 0, crossings_cut = 0;
   std::uint64_t open_edges = 0, unused_points = 0;
   RefusalCounts refused;      // star triangles refused by g1 and g2
