@@ -38,9 +38,12 @@ Result<void> remove_tree(const std::string& path);
 /// True for an existing folder.
 bool is_folder(const std::string& path);
 bool exists(const std::string& path);
-/// Atomically puts the complete folder `from` in the place of `to`: renameat2(RENAME_EXCHANGE) and removal of the old one,
-/// a plain rename when `to` is not there. Everything below `from` is synced first.
+/// Atomically puts the complete folder `from` in the place of `to`: renameat2(RENAME_EXCHANGE) and removal of the old
+/// one, a plain rename when `to` is not there. Everything below `from` is synced first.
 Result<void> replace_folder(const std::string& from, const std::string& to);
+/// Makes what was written or renamed below a name durable (fsync).
+Result<void> sync_file(const std::string& path);
+Result<void> sync_folder(const std::string& path);
 /// Free bytes where `path` is (or would be).
 Result<std::uint64_t> free_bytes(const std::string& path);
 
