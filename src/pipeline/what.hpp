@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // The *what* of one scan: everything that decides its bytes, and nothing else.
 #pragma once
+#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "base/result.hpp"
 #include "document/document.hpp"
+#include "document/read_fields.hpp"
 #include "grow/params.hpp"
 #include "merge/params.hpp"
 #include "mesh/limits.hpp"
@@ -17,7 +20,7 @@ enum class Profile : std::int32_t { Scan, Paper };
 
 struct What {
   Profile profile = Profile::Scan;
-  double units_mm = 1;               // mm per unit of input files that do not say themselves (a plan does)
+  double units_mm = 1;  // mm per unit of input files that do not say themselves (a plan does)
   std::string units = "mm";
   bool mesh_vertices_as_scan = false;
   reduce::LatticeParams lattice;
@@ -28,13 +31,32 @@ struct What {
   std::vector<std::string> outputs{"stl"};  // "stl" for now
 };
 
-/// Reads the what keys (profile, units, mesh_vertices_as_scan, lattice, reduce, grow, seeds, merge, outputs) of a tree; keys
-/// of others are left alone. `profile` sets the defaults, single keys override.
+/// Reads the what keys (profile, units, mesh_vertices_as_scan, lattice, reduce, grow, seeds, merge, outputs) of a tree;
+/// keys of others are left alone. `profile` sets the defaults, single keys override. `needs_bin` false: a tree without
+/// a bin size is fine (tools that do not bin).
 /// errors  BadParameter, all problems at once, one per line: "name:line:column: key: found; allowed; nearest"
-Result<What> what_from(const document::Node& root, const std::string& name);
+Result<What> what_from(const document::Node& root, const std::string& name, bool needs_bin = true);
+/// The problems of a tree that need not be complete (an entry of `overrides`): the same lines, but no bin size is asked
+/// for.
+void check_part(const document::Node& part, document::Problems& problems);
+/// `base` with the keys of `over`: maps are joined, other values replaced; a key of a group that excludes each other
+/// (bin_mm, target_points, target_bins; min_normal_dot, max_normal_deg) takes the place of the group's others.
+document::Node overlay_what(document::Node base, const document::Node& over);
 /// Complete tree of the resolved values (defaults filled in); canonical JSON of it enters fingerprints and records.
 document::Node to_document(const What& what);
 /// Names of the what keys on the top level of a job.
 std::span<const std::string_view> what_keys();
+/// Draft-07 schemas of the what keys, in the order of what_keys(): the `properties` of a job.
+document::Node what_schema();
+
+/// One key with its section, for options of the command line that carry the job's names; section "" for the top level.
+struct WhatField {
+  std::string_view section;
+  const Field* field;
+};
+std::vector<WhatField> what_fields();
+/// The words that `profile` and `units` take.
+std::span<const std::string_view> profile_words();
+std::span<const std::string_view> unit_words();
 
 }  // namespace scanmill::pipeline

@@ -1,0 +1,196 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cli/cli.hpp"
+
+#include <signal.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+
+#include "base/text.hpp"
+#include "cli/commands.hpp"
+#include "cli/stage_options.hpp"
+#include "cli/versions.hpp"
+#include "runner/job.hpp"
+
+namespace scanmill::cli {
+namespace {
+
+runner::Stop g_stop;  // the one global: signal handlers take no argument
+
+extern "C" void on_signal(int signal) {
+  g_stop.signal.store(signal);
+  g_stop.flag.set();
+}
+
+/// The first signal asks to stop at the next chunk; the second one ends the process at once.
+void install_handlers() {
+  struct sigaction action {};
+  action.sa_handler = on_signal;
+  action.sa_flags = SA_RESTART | static_cast<int>(SA_RESETHAND);
+  sigemptyset(&action.sa_mask);
+  for (const int signal : {SIGINT, SIGTERM}) sigaction(signal, &action, nullptr);
+  ::signal(SIGPIPE, SIG_IGN);  // a reader that went away ends the messages, not the run
+}
+
+/// Options of one invocation; the commands bind to these.
+struct Options {
+  CommonOptions common;
+  runner::RunOptions run;
+  StageOptions reduce, mesh, cloud;
+  std::vector<std::string> inputs;
+  std::string input, output, object, schema;
+  std::uint64_t seed = 1;
+  bool as_is = false;
+};
+
+CLI::App& command(CLI::App& app, Options& options, const char* name, const char* help) {
+  CLI::App& sub = *app.add_subcommand(name, help);
+  sub.allow_extras();  // judged afterwards, with the nearest name
+  sub.add_flag("--json", options.common.json, "One JSON object with a type per line.");
+  sub.add_flag("--quiet", options.common.quiet, "Problems and the last line only.");
+  sub.add_option("--progress", options.common.progress, "auto, tty, plain, json or none.");
+  sub.add_option("--threads", options.common.threads, "Threads to use; all by default.")->check(CLI::Range(1, 1024));
+  sub.add_option("--memory", options.common.memory, "Memory cap such as 512M or 2G; 80 % of the machine's by default.");
+  return sub;
+}
+
+void add_job_commands(CLI::App& app, Options& options) {
+  CLI::App& run =
+      command(app, options, "run", "Every scan of a job to mesh and record; goes on where an earlier run left off.");
+  run.add_option("job", options.run.job, "Job file.")->required();
+  run.add_option("--out", options.run.out, "Output folder; the job's name with .out in the current folder by default.");
+  run.add_option("--only", options.run.only, "Scan name or pattern; may be given again.")->allow_extra_args(false);
+  run.add_option("--set", options.run.sets,
+                 "key=value in the job's words, e.g. lattice.bin_mm=0.5; may be given again.")
+      ->allow_extra_args(false);
+  run.add_flag("--dry-run", options.run.dry_run, "Say what would be done; write nothing.");
+  run.add_flag("--explain", options.run.explain, "Say for every scan why it runs or is skipped.");
+  CLI::App& check = command(app, options, "check", "A job or scan plan against its schema and meaning.");
+  check.add_option("file", options.input, "Job or scan plan.")->required();
+  check.add_option("--set", options.run.sets, "key=value as for run.")->allow_extra_args(false);
+}
+
+void add_tool_commands(CLI::App& app, Options& options) {
+  CLI::App& reduce = command(app, options, "reduce", "Clouds to one point per bin (PLY).");
+  reduce.add_option("inputs", options.inputs, "Cloud files, .conf files or scan plans.")->required();
+  reduce.add_option("-o,--output", options.output, "PLY to write.")->required();
+  options.reduce.add_to(reduce, {"", "lattice", "reduce"});
+  CLI::App& mesh = command(app, options, "mesh", "A cloud to a mesh (STL).");
+  mesh.add_option("inputs", options.inputs, "Cloud files, .conf files or scan plans.")->required();
+  mesh.add_option("-o,--output", options.output, "STL to write.")->required();
+  mesh.add_flag("--as-is", options.as_is, "The input was written by reduce: mesh its points as they are.");
+  options.mesh.add_to(mesh, {"", "lattice", "reduce", "grow", "seeds", "merge"});
+  CLI::App& info = command(app, options, "info", "Format, size, spacing and noise of a cloud, with a suggested bin.");
+  info.add_option("file", options.input, "Cloud file, .conf file or scan plan.")->required();
+  options.cloud.add_to(info, {""});
+  CLI::App& convert = command(app, options, "convert", "A cloud, posed, in mm, as float64 PLY.");
+  convert.add_option("file", options.input, "Cloud file, .conf file or scan plan.")->required();
+  convert.add_option("output", options.output, "PLY to write.")->required();
+  options.cloud.add_to(convert, {""});
+  CLI::App& simulate =
+      command(app, options, "simulate", "Views of a built-in object from the stations of a scan plan.");
+  simulate.add_option("plan", options.input, "Scan plan.")->required();
+  simulate.add_option("--object", options.object, "figurine, handset, sphere, torus or cube.")->required();
+  simulate.add_option("--out", options.output, "Folder for the views and the plan.")->required();
+  simulate.add_option("--seed", options.seed, "Seed of the noise.");
+  CLI::App& schema = command(app, options, "schema", "A JSON schema: job.");
+  schema.add_option("name", options.schema, "job")->required();
+}
+
+int refuse(const std::string& sentence) {
+  std::fprintf(stderr, "scanmill: %s\n", sentence.c_str());
+  return runner::kExitUsage;
+}
+
+std::string with_nearest(const std::string& sentence, const std::string& word,
+                         const std::vector<std::string>& candidates) {
+  const std::vector<std::string_view> views(candidates.begin(), candidates.end());
+  const std::string_view nearest = nearest_name(word, views);
+  return sentence + (nearest.empty() ? "" : "; nearest " + std::string(nearest));
+}
+
+/// The first word that nothing takes, as a sentence; empty when there is none.
+std::string unknown_word(const CLI::App& app) {
+  const auto subs = app.get_subcommands();
+  if (subs.empty()) {
+    const auto rest = app.remaining();
+    if (rest.empty()) return {};
+    std::vector<std::string> names;
+    for (const CLI::App* sub : app.get_subcommands([](const CLI::App*) { return true; }))
+      names.push_back(sub->get_name());
+    std::string all;
+    for (const std::string& name : names) all += (all.empty() ? "" : ", ") + name;
+    if (rest[0].front() == '-') return with_nearest("unknown option " + rest[0], rest[0], {"--version", "--help"});
+    return with_nearest("unknown command " + rest[0] + "; allowed " + all, rest[0], names);
+  }
+  const CLI::App& sub = *subs[0];
+  std::vector<std::string> options;
+  for (const CLI::Option* option : sub.get_options())
+    for (const std::string& name : option->get_lnames()) options.push_back("--" + name);
+  const auto rest = sub.remaining();
+  for (const std::string& word : rest)
+    if (word.size() > 1 && word.front() == '-')
+      return with_nearest(sub.get_name() + ": unknown option " + word, word.substr(0, word.find('=')), options) +
+             "; scanmill " + sub.get_name() + " --help lists all";
+  return rest.empty() ? std::string()
+                      : sub.get_name() + ": " + rest[0] + " is one word too many; scanmill " + sub.get_name() +
+                            " --help shows the use";
+}
+
+int dispatch(const CLI::App& app, Options& options) {
+  const std::string name = app.get_subcommands()[0]->get_name();
+  if (name == "run") return run_run(options.common, options.run, g_stop);
+  if (name == "check") return run_check(options.common, options.input, options.run.sets);
+  if (name == "schema") {
+    if (options.schema != "job") return refuse("schema: found " + options.schema + "; allowed job");
+    std::printf("%s\n", document::to_json(runner::job_schema(pipeline::what_schema()), 2).c_str());
+    return runner::kExitGood;
+  }
+  const bool needs_bin = name == "reduce" || (name == "mesh" && !options.as_is);
+  const StageOptions& stage = name == "reduce" ? options.reduce : name == "mesh" ? options.mesh : options.cloud;
+  const auto what = stage.what(needs_bin);
+  return run_tool(
+      options.common, name, g_stop, [&](const Context& context, Progress& progress) -> Result<pipeline::ToolReport> {
+        if (name == "simulate")
+          return pipeline::simulate_plan(options.input, options.object, options.output, options.seed, context,
+                                         progress);
+        if (!what) return what.error();
+        if (name == "reduce") return pipeline::reduce_to_file(options.inputs, *what, options.output, context, progress);
+        if (name == "mesh")
+          return pipeline::mesh_to_file(options.inputs, *what, options.as_is, options.output, context, progress);
+        if (name == "info") return pipeline::cloud_info(options.input, *what, context, progress);
+        return pipeline::convert_cloud(options.input, *what, options.output, context, progress);
+      });
+}
+
+}  // namespace
+
+int run(int argc, char** argv) {
+  try {
+    CLI::App app("From raw multi-view range scans to one clean mesh with its record.", "scanmill");
+    app.require_subcommand(1);
+    app.allow_extras();
+    app.set_version_flag("--version", version_text());
+    Options options;
+    add_job_commands(app, options);
+    add_tool_commands(app, options);
+    try {
+      app.parse(argc, argv);
+    } catch (const CLI::CallForHelp& help) {
+      return app.exit(help);
+    } catch (const CLI::CallForVersion& shown) {
+      return app.exit(shown);
+    } catch (const CLI::ParseError& error) {
+      const std::string unknown = unknown_word(app);
+      return refuse(unknown.empty() ? std::string(error.what()) + "; scanmill --help shows the use" : unknown);
+    }
+    if (const std::string unknown = unknown_word(app); !unknown.empty()) return refuse(unknown);
+    install_handlers();
+    return dispatch(app, options);
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "scanmill: unexpected: %s\n", error.what());
+    return runner::kExitInternal;
+  }
+}
+
+}  // namespace scanmill::cli

@@ -1,0 +1,169 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cli/commands.hpp"
+
+#include <algorithm>
+
+#include "base/text.hpp"
+#include "cli/pipeline_work.hpp"
+#include "cli/versions.hpp"
+#include "plan/plan.hpp"
+#include "runner/machine.hpp"
+#include "store/files.hpp"
+
+namespace scanmill::cli {
+
+using document::Node;
+using runner::Console;
+
+namespace {
+
+constexpr std::string_view kStyles[] = {"auto", "tty", "plain", "json", "none"};
+constexpr std::uint64_t kDescriptionLimit = 64ull << 20;
+
+std::string scalar_text(const Node& node) {
+  if (node.is_string()) return node.as_string();
+  if (node.is_null()) return "-";
+  return document::to_json(node);
+}
+
+/// "name.inner" and value of every leaf.
+void rows_of(const Node& map, const std::string& prefix, std::vector<std::pair<std::string, std::string>>& rows) {
+  for (const Node::Entry& entry : map.entries()) {
+    const std::string name = prefix + entry.key;
+    if (entry.value.is_map())
+      rows_of(entry.value, name + ".", rows);
+    else if (entry.value.is_sequence() && !entry.value.items().empty() && entry.value.items()[0].is_string())
+      for (const Node& item : entry.value.items()) rows.emplace_back(name, scalar_text(item));
+    else
+      rows.emplace_back(name, scalar_text(entry.value));
+  }
+}
+
+void show_report(Console& console, const std::string& command, const Node& values) {
+  std::vector<std::pair<std::string, std::string>> rows;
+  rows_of(values, "", rows);
+  std::size_t width = 0;
+  for (const auto& row : rows) width = std::max(width, row.first.size());
+  std::string text;
+  for (const auto& [name, value] : rows)
+    text += (text.empty() ? "" : "\n") + name + std::string(width - name.size() + 2, ' ') + value;
+  Node event = Console::event("report");
+  event.set("command", command);
+  event.set("values", values);
+  console.result(text, event);
+}
+
+}  // namespace
+
+Result<runner::ConsoleOptions> CommonOptions::console() const {
+  const auto style = std::find(std::begin(kStyles), std::end(kStyles), progress);
+  if (style == std::end(kStyles)) {
+    std::string sentence = "found '" + progress + "'; allowed " + document::joined(kStyles);
+    const std::string_view nearest = nearest_name(progress, kStyles);
+    if (!nearest.empty()) sentence += "; nearest " + std::string(nearest);
+    return fail(Code::BadUsage, sentence, "command line: --progress");
+  }
+  return runner::ConsoleOptions{static_cast<runner::ProgressStyle>(style - std::begin(kStyles)), json, quiet};
+}
+
+Result<std::uint64_t> CommonOptions::memory_cap() const {
+  if (memory.empty()) return std::uint64_t{0};
+  const auto bytes = parse_size(memory);
+  if (!bytes || *bytes == 0)
+    return fail(Code::BadUsage, "found '" + memory + "'; allowed a size such as 512M or 2G", "command line: --memory");
+  return *bytes;
+}
+
+int complain(Console& console, const Error& error) {
+  const std::string text = error.text();
+  for (std::size_t from = 0; from <= text.size();) {
+    const std::size_t to = std::min(text.find('\n', from), text.size());
+    Node event = Console::event("error");
+    event.set("code", name_of(error.code));
+    event.set("text", text.substr(from, to - from));
+    console.problem(text.substr(from, to - from), event);
+    from = to + 1;
+  }
+  return runner::exit_code_of(error);
+}
+
+int run_tool(const CommonOptions& common, const std::string& name, const runner::Stop& stop, const Tool& tool) {
+  const auto options = common.console();
+  Console console(options ? *options : runner::ConsoleOptions{});
+  if (!options) return complain(console, options.error());
+  const auto cap = common.memory_cap();
+  if (!cap) return complain(console, cap.error());
+  const std::uint64_t memory = *cap ? *cap : runner::usable_memory() / 10 * 8;
+  if (memory)
+    if (const auto capped = runner::cap_memory(memory); !capped) return complain(console, capped.error());
+  const ChunkLoop loop(static_cast<int>(common.threads ? common.threads : runner::usable_cores()));
+  const Context context{loop, stop.flag};
+  console.begin(name);
+  auto report = [&]() -> Result<pipeline::ToolReport> {
+    try {
+      return tool(context, console);
+    } catch (const std::bad_alloc&) {
+      return fail(Code::NoSpace,
+                  "the memory cap of " + bytes_text(memory) + " was reached; raise --memory or choose larger bins");
+    } catch (const std::exception& error) {
+      return fail(Code::Internal, std::string("unexpected: ") + error.what());
+    }
+  }();
+  console.end();
+  if (!report) {
+    const int code = complain(console, report.error());
+    return stop.signal.load() ? 128 + stop.signal.load() : code;
+  }
+  show_report(console, name, report->values);
+  return runner::kExitGood;
+}
+
+int run_check(const CommonOptions& common, const std::string& path, std::vector<std::string> sets) {
+  const auto options = common.console();
+  Console console(options ? *options : runner::ConsoleOptions{});
+  if (!options) return complain(console, options.error());
+  const auto refuse = [&](const Error& error) {
+    complain(console, error);
+    return runner::kExitUsage;
+  };
+  const auto source = store::open_file(path, path);
+  if (!source) return refuse(source.error());
+  const auto text = read_all(**source, kDescriptionLimit);
+  if (!text) return refuse(text.error());
+  const auto root = document::parse_yaml(*text, path);
+  if (!root) return refuse(root.error());
+
+  Node event = Console::event("check");
+  event.set("path", path);
+  if (root->find("stations") && !root->find("scanmill")) {
+    const auto plan = plan::plan_from(*root, path);
+    if (!plan) return refuse(plan.error());
+    event.set("kind", "plan");
+    event.set("stations", static_cast<std::uint64_t>(plan->stations.size()));
+    console.result(path + ": a valid scan plan with " + std::to_string(plan->stations.size()) + " stations", event);
+    return runner::kExitGood;
+  }
+  PipelineWork work;
+  const std::vector<std::string> problems = runner::check_job(path, sets, work);
+  for (const std::string& line : problems) complain(console, fail(Code::BadParameter, line));
+  if (!problems.empty()) return runner::kExitUsage;
+  event.set("kind", "job");
+  console.result(path + ": a valid job", event);
+  return runner::kExitGood;
+}
+
+int run_run(const CommonOptions& common, runner::RunOptions options, const runner::Stop& stop) {
+  const auto console_options = common.console();
+  Console console(console_options ? *console_options : runner::ConsoleOptions{});
+  if (!console_options) return complain(console, console_options.error());
+  const auto cap = common.memory_cap();
+  if (!cap) return complain(console, cap.error());
+  options.memory = *cap;
+  options.threads = common.threads;
+  options.version = version();
+  options.libraries = libraries();
+  PipelineWork work;
+  return runner::run_job(options, work, console, stop);
+}
+
+}  // namespace scanmill::cli

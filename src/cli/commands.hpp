@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+// The bodies of the commands: bind options to runner and pipeline, show what comes back.
+#pragma once
+#include <cstdint>
+#include <functional>
+#include <string>
+
+#include "base/context.hpp"
+#include "base/progress.hpp"
+#include "base/result.hpp"
+#include "pipeline/tools.hpp"
+#include "runner/console.hpp"
+#include "runner/driver.hpp"
+
+namespace scanmill::cli {
+
+/// What every command takes.
+struct CommonOptions {
+  bool json = false, quiet = false;
+  std::string progress = "auto";
+  std::int64_t threads = 0;
+  std::string memory;
+
+  Result<runner::ConsoleOptions> console() const;
+  /// 0 when no cap was given. errors  BadUsage
+  Result<std::uint64_t> memory_cap() const;
+};
+
+using Tool = std::function<Result<pipeline::ToolReport>(const Context&, Progress&)>;
+
+/// Runs a single stage with threads, cap and progress, shows its report, returns the exit code.
+int run_tool(const CommonOptions& common, const std::string& name, const runner::Stop& stop, const Tool& tool);
+int run_check(const CommonOptions& common, const std::string& path, std::vector<std::string> sets);
+int run_run(const CommonOptions& common, runner::RunOptions options, const runner::Stop& stop);
+
+/// One line per line of the error on stderr; the exit code of the error.
+int complain(runner::Console& console, const Error& error);
+
+}  // namespace scanmill::cli

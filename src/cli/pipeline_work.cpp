@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cli/pipeline_work.hpp"
+
+#include <algorithm>
+
+#include "pipeline/what.hpp"
+
+namespace scanmill::cli {
+
+using document::Node;
+
+void PipelineWork::check_part(const Node& part, document::Problems& problems) const {
+  pipeline::check_part(part, problems);
+}
+
+Node PipelineWork::overlay(Node base, const Node& over) const { return pipeline::overlay_what(std::move(base), over); }
+
+Result<Node> PipelineWork::resolve(const Node& what, const std::string& name) const {
+  TRY_ASSIGN(const pipeline::What values, pipeline::what_from(what, name));
+  return pipeline::to_document(values);
+}
+
+Result<std::vector<runner::ScanTask>> PipelineWork::discover(const std::string& archive, const Node& what) {
+  const Node* meshes = what.find("mesh_vertices_as_scan");
+  archive_ = archive;
+  TRY_ASSIGN(pipeline::Discovery found, pipeline::discover(archive, meshes && meshes->is_bool() && meshes->as_bool()));
+  scans_ = std::move(found.scans);
+  discovery_notes_ = std::move(found.notes);
+  TRY_ASSIGN(scans_, pipeline::discover(archive, meshes && meshes->is_bool() && meshes->as_bool()));
+  std::vector<runner::ScanTask> tasks;
+  for (const pipeline::ScanSpec& scan : scans_) tasks.push_back({scan.name, scan.notes, scan.broken});
+  return tasks;
+}
+
+Result<runner::Fingerprint> PipelineWork::fingerprint(std::size_t scan, const Node& resolved) {
+  const pipeline::ScanSpec& spec = scans_[scan];
+  TRY_ASSIGN(const pipeline::What what, pipeline::what_from(resolved, spec.name));
+  runner::Fingerprint result;
+  TRY_ASSIGN(result.value, pipeline::fingerprint_of(archive_, spec, what, hashes_));
+  result.versions = pipeline::stage_versions();
+  const auto add = [&](const std::string& path, bool missing) -> Result<void> {
+    runner::InputFile input{path, {}, 0};
+    if (!missing) {
+      TRY_ASSIGN(const pipeline::HashCache::Entry entry, hashes_.entry_of(archive_ + "/" + path, path));
+      input.sha256 = entry.sha256;
+      input.bytes = entry.stamp.size;
+    }
+    result.inputs.push_back(std::move(input));
+    return {};
+  };
+  if (!spec.description.empty()) TRY(add(spec.description, false));
+  for (const pipeline::ViewSpec& view : spec.views) TRY(add(view.path, view.missing));
+  return result;
+}
+
+Result<runner::Outcome> PipelineWork::run(std::size_t scan, const Node& resolved, const std::string& folder,
+                                          const Context& context, Progress& progress) {
+  const pipeline::ScanSpec& spec = scans_[scan];
+  TRY_ASSIGN(const pipeline::What what, pipeline::what_from(resolved, spec.name));
+  TRY_ASSIGN(pipeline::ScanResult result, pipeline::run_scan(archive_, spec, what, folder, context, progress));
+  runner::Outcome outcome;
+  outcome.counts.set("points_read", result.points_read);
+  outcome.counts.set("points_used", result.points_used);
+  outcome.counts.set("bins", result.bins);
+  outcome.counts.set("kept", result.kept);
+  outcome.counts.set("vertices", result.vertices);
+  outcome.counts.set("triangles", result.triangles);
+  outcome.counts.set("boundary_loops", result.boundary_loops);
+  outcome.counts.set("patches", result.patches);
+  outcome.counts.set("strays", result.strays);
+  for (std::string& note : result.notes)  // discovery's notes are known to the runner already
+    if (std::find(spec.notes.begin(), spec.notes.end(), note) == spec.notes.end())
+      outcome.notes.push_back(std::move(note));
+  outcome.record_identity = std::move(result.record_identity);
+  outcome.stage_seconds = std::move(result.stage_seconds);
+  return outcome;
+}
+
+}  // namespace scanmill::cli

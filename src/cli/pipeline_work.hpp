@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+// The pipeline as the runner sees it.
+#pragma once
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "pipeline/discovery.hpp"
+#include "pipeline/hash_cache.hpp"
+#include "pipeline/run_scan.hpp"
+#include "runner/work.hpp"
+
+namespace scanmill::cli {
+
+class PipelineWork final : public runner::Work {
+ public:
+  std::span<const std::string_view> what_keys() const override { return pipeline::what_keys(); }
+  void check_part(const document::Node& part, document::Problems& problems) const override;
+  document::Node overlay(document::Node base, const document::Node& over) const override;
+  Result<document::Node> resolve(const document::Node& what, const std::string& name) const override;
+  Result<std::vector<runner::ScanTask>> discover(const std::string& archive, const document::Node& what) override;
+  Result<runner::Fingerprint> fingerprint(std::size_t scan, const document::Node& resolved) override;
+  Result<runner::Outcome> run(std::size_t scan, const document::Node& resolved, const std::string& folder,
+                              const Context& context, Progress& progress) override;
+  void load_hashes(std::string_view text) override { hashes_.load(text); }
+  std::string save_hashes() const override { return hashes_.save(); }
+
+ private:
+  std::string archive_;
+  std::vector<pipeline::ScanSpec> scans_;
+  std::vector<std::string> discovery_notes_;
+  pipeline::HashCache hashes_;
+};
+
+}  // namespace scanmill::cli

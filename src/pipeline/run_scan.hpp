@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+// One scan from its files to mesh and record: load, call the stages, save.
+#pragma once
+#include <cstdint>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "base/context.hpp"
+#include "base/progress.hpp"
+#include "base/result.hpp"
+#include "pipeline/discovery.hpp"
+#include "pipeline/hash_cache.hpp"
+#include "pipeline/what.hpp"
+
+namespace scanmill::pipeline {
+
+struct ScanResult {
+  std::string name;
+  std::uint64_t points_read = 0, points_used = 0, bins = 0, kept = 0;
+  std::uint64_t vertices = 0, triangles = 0, boundary_loops = 0, patches = 0, strays = 0;
+  std::vector<std::string> notes;
+  std::string record_identity;
+  std::vector<std::pair<std::string, double>> stage_seconds;  // wall, in order
+};
+
+/// Names and versions of the stages in the order of the flow; a version rises when the stage's bytes change.
+std::vector<std::pair<std::string, std::string>> stage_versions();
+
+/// Fingerprint of a scan before work: content hashes of inputs (through the cache), canonical what, stage versions.
+/// errors  those of HashCache::entry_of; a file that the scan names and that is missing is no error, it counts as
+/// missing
+Result<std::string> fingerprint_of(const std::string& archive, const ScanSpec& scan, const What& what,
+                                   HashCache& cache);
+
+/// Reads, meshes, and writes mesh.stl and record.h5 complete and synced into `folder` (exists, empty).
+/// errors  BadInput naming file and place; NoSpace, IoFailed; Cancelled
+Result<ScanResult> run_scan(const std::string& archive, const ScanSpec& scan, const What& what,
+                            const std::string& folder, const Context& context, Progress& progress);
+
+}  // namespace scanmill::pipeline

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+// One run of a job: which scans need work, one after the other, each committed by one switch.
+#pragma once
+#include <atomic>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "base/context.hpp"
+#include "document/document.hpp"
+#include "runner/console.hpp"
+#include "runner/work.hpp"
+
+namespace scanmill::runner {
+
+/// Exit codes (README, "Exit codes"); 128 + signal when interrupted.
+inline constexpr int kExitGood = 0, kExitInternal = 1, kExitUsage = 2, kExitScans = 3, kExitBusy = 75;
+
+/// The exit code of a command that failed with this error.
+int exit_code_of(const Error& error);
+
+/// How a run is asked to stop; set by signal handlers.
+struct Stop {
+  CancelFlag flag;
+  std::atomic<int> signal{0};
+};
+
+struct RunOptions {
+  std::string job;
+  std::string out;  // empty: the job file's name without suffix, with ".out", in the current folder
+  std::vector<std::string>
+      only;  // globs; empty: what the job selects. A scan named here is tried even when quarantined
+  std::vector<std::string> sets;
+  bool dry_run = false;  // writes nothing
+  bool explain = false;
+  std::int64_t threads = 0;  // 0: the job's
+  std::uint64_t memory = 0;  // 0: the job's
+  std::string version;
+  document::Node libraries = document::Node::map();
+};
+
+/// Runs the job and returns the exit code; the last line has been shown.
+int run_job(const RunOptions& options, Work& work, Console& console, const Stop& stop);
+
+/// Checks the job and, where the archive is there, what each of its scans would be made with; the problems, a line
+/// each.
+std::vector<std::string> check_job(const std::string& path, std::span<const std::string> sets, Work& work);
+
+}  // namespace scanmill::runner

@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "runner/job_scans.hpp"
+
+#include <algorithm>
+#include <set>
+
+#include "base/text.hpp"
+#include "runner/glob.hpp"
+#include "store/files.hpp"
+
+namespace scanmill::runner {
+namespace {
+
+constexpr std::uint64_t kJobLimit = 16ull << 20;
+
+std::string names_text(const std::vector<std::string>& names) {
+  std::string text;
+  for (std::size_t i = 0; i < names.size() && i < 8; ++i) text += (i ? ", " : "") + names[i];
+  if (names.size() > 8) text += ", ... (" + std::to_string(names.size()) + " in all)";
+  return text;
+}
+
+std::string no_match(const std::string& pattern, const std::vector<std::string>& names) {
+  std::string text = "found no scan that matches '" + pattern + "'; the archive holds " + names_text(names);
+  const std::vector<std::string_view> words(names.begin(), names.end());
+  const std::string_view nearest = nearest_name(pattern, words);
+  if (!nearest.empty()) text += "; nearest " + std::string(nearest);
+  return text;
+}
+
+bool any_matches(const std::string& pattern, const std::vector<std::string>& names) {
+  return std::any_of(names.begin(), names.end(), [&](const std::string& name) { return matches(pattern, name); });
+}
+
+/// Lines of several errors, each once.
+struct Lines {
+  std::vector<std::string> list;
+  void add(const std::string& text) {
+    for (std::size_t from = 0; from <= text.size();) {
+      const std::size_t to = std::min(text.find('\n', from), text.size());
+      const std::string line = text.substr(from, to - from);
+      if (std::find(list.begin(), list.end(), line) == list.end()) list.push_back(line);
+      from = to + 1;
+    }
+  }
+  std::string text() const {
+    std::string all;
+    for (const std::string& line : list) all += (all.empty() ? "" : "\n") + line;
+    return all;
+  }
+};
+
+/// A scan's folder must not lie inside another's: replacing the outer one would take the inner one with it.
+void check_nesting(const std::vector<SelectedScan>& scans, const std::string& job, Lines& lines) {
+  std::set<std::string> names;
+  for (const SelectedScan& scan : scans) names.insert(scan.task.name);
+  for (const std::string& name : names)
+    for (auto slash = name.find('/'); slash != std::string::npos; slash = name.find('/', slash + 1))
+      if (names.contains(name.substr(0, slash)))
+        lines.add(job + ": scans: found both " + name.substr(0, slash) + " and " + name +
+                  "; their results would lie inside each other: rename one, or select one with scans or --only");
+}
+
+}  // namespace
+
+Result<Job> load_job(const std::string& path, std::span<const std::string> sets, const Work& work) {
+  TRY_ASSIGN(const auto source, store::open_file(path, path));
+  TRY_ASSIGN(const std::string text, read_all(*source, kJobLimit));
+  return job_from(text, path, sets, work);
+}
+
+Result<Selection> select_scans(const Job& job, std::span<const std::string> only, Work& work) {
+  if (!store::is_folder(job.archive))
+    return fail(Code::BadParameter, "archive: found no folder " + job.archive + "; make it, or correct the key",
+                job.path);
+  TRY_ASSIGN(const std::vector<ScanTask> tasks, work.discover(job.archive, job.what));
+  Selection selection;
+  for (const ScanTask& task : tasks) selection.all_names.push_back(task.name);
+  if (tasks.empty())
+    return fail(Code::BadParameter,
+                "archive: found no scan in " + job.archive + "; wanted point files, .conf files or scan plans",
+                job.path);
+
+  Lines lines;
+  for (const std::string& pattern : job.scans)
+    if (!any_matches(pattern, selection.all_names))
+      lines.add(job.path + ": scans: " + no_match(pattern, selection.all_names));
+  for (const std::string& pattern : only)
+    if (!any_matches(pattern, selection.all_names))
+      lines.add("command line: --only: " + no_match(pattern, selection.all_names));
+  for (const Override& entry : job.overrides)
+    for (const std::string& pattern : entry.scans)
+      if (!any_matches(pattern, selection.all_names))
+        lines.add(document::place(job.path, entry.what.mark) +
+                  ": overrides.scans: " + no_match(pattern, selection.all_names));
+
+  for (std::size_t i = 0; i < tasks.size(); ++i) {
+    if (!matches_any(job.scans, tasks[i].name) || !matches_any(only, tasks[i].name)) continue;
+    auto what = work.resolve(what_of(job, tasks[i].name, work), job.path);
+    if (!what)
+      lines.add(what.error().text());
+    else
+      selection.scans.push_back({i, tasks[i], *std::move(what)});
+  }
+  check_nesting(selection.scans, job.path, lines);
+  if (!lines.list.empty()) return fail(Code::BadParameter, lines.text());
+  if (selection.scans.empty())
+    return fail(Code::BadParameter,
+                "found no scan that both the job's scans and --only select; the archive holds " +
+                    names_text(selection.all_names),
+                job.path);
+  return selection;
+}
+
+}  // namespace scanmill::runner

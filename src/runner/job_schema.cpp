@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: Apache-2.0
+// The schema of a job file, from the tables that read it.
+#include "runner/job.hpp"
+
+namespace scanmill::runner {
+namespace {
+
+using document::Node;
+
+Node described(const char* type, const char* help) {
+  Node schema = Node::map();
+  schema.set("description", help);
+  if (type) schema.set("type", type);
+  return schema;
+}
+
+/// A map that takes these keys, keys that begin with "x-", and no others.
+Node object(Node properties, const char* help) {
+  Node schema = document::fields_schema({}, nullptr, help);
+  schema.set("properties", std::move(properties));
+  return schema;
+}
+
+Node scans_schema() {
+  Node globs = Node::sequence();
+  globs.push(described("string", "A scan name or pattern; * stands for any characters, ? for one."));
+  Node list = described("array", "Several of them.");
+  list.set("items", globs.items()[0]);
+  list.set("minItems", 1);
+  globs.push(std::move(list));
+  Node scans = described(nullptr, "Which scans.");
+  scans.set("anyOf", std::move(globs));
+  return scans;
+}
+
+Node resources_schema() {
+  const How defaults{1, 0, false};
+  Node resources =
+      document::fields_schema(resource_fields(), &defaults, "What a run may use; changes no byte of the result.");
+  std::erase_if(resources.find("properties")->find("threads")->entries(),
+                [](const Node::Entry& e) { return e.key == "default"; });
+  Node memory = described(nullptr, "Memory cap, such as 512M or 2G; without the key 80 % of the machine's.");
+  Node sizes = Node::sequence();
+  Node text = Node::map();
+  text.set("type", "string");
+  text.set("pattern", "^[0-9.]+([KMGT](i?B)?|B)?$");
+  sizes.push(std::move(text));
+  Node bytes = Node::map();
+  bytes.set("type", "integer");
+  bytes.set("minimum", 1);
+  sizes.push(std::move(bytes));
+  memory.set("anyOf", std::move(sizes));
+  resources.find("properties")->set("memory", std::move(memory));
+  return resources;
+}
+
+}  // namespace
+
+Node job_schema(const Node& what_properties) {
+  Node properties = Node::map();
+  Node one = described(nullptr, "Version of this format.");
+  one.set("const", 1);
+  properties.set("scanmill", std::move(one));
+  properties.set(
+      "archive",
+      described("string", "Folder with the scans, relative to the job file; without the key the job file's folder."));
+  const Node scans = scans_schema();
+  properties.set("scans", scans);
+  Node over = Node::map();
+  over.set("scans", scans);
+  for (const Node::Entry& entry : what_properties.entries()) {
+    properties.set(entry.key, entry.value);
+    if (entry.key != kWholeArchiveKey) over.set(entry.key, entry.value);
+  }
+  Node item = object(std::move(over), "Keys for some scans.");
+  Node required = Node::sequence();
+  required.push("scans");
+  item.set("required", std::move(required));
+  Node overrides = described("array", "What keys for some scans; later entries win.");
+  overrides.set("items", std::move(item));
+  properties.set("overrides", std::move(overrides));
+
+  properties.set("resources", resources_schema());
+  Node executor = described(nullptr, "How tasks are run.");
+  Node executors = Node::sequence();
+  for (const std::string_view word : executor_words()) executors.push(word);
+  executor.set("enum", std::move(executors));
+  properties.set("executor", std::move(executor));
+  Node strict = described("boolean", "Scans that an earlier run quarantined make this run fail too.");
+  strict.set("default", false);
+  properties.set("strict", std::move(strict));
+
+  Node schema = Node::map();
+  schema.set("$schema", "http://json-schema.org/draft-07/schema#");
+  schema.set("title", "scanmill job");
+  Node body = object(std::move(properties), "A job file of scanmill.");
+  for (Node::Entry& entry : body.entries()) schema.set(entry.key, std::move(entry.value));
+  Node top = Node::sequence();
+  top.push("scanmill");
+  schema.set("required", std::move(top));
+  return schema;
+}
+
+}  // namespace scanmill::runner

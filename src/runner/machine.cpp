@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "runner/machine.hpp"
+
+#include <sched.h>
+#include <sys/resource.h>
+#include <sys/utsname.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <ctime>
+#include <fstream>
+
+#include "base/text.hpp"
+
+namespace scanmill::runner {
+namespace {
+
+// Measured on an idle process with all libraries loaded and a pool of two threads: 50 MB.
+constexpr std::uint64_t kBaseMemory = 64ull << 20;
+
+std::uint64_t number_in(const char* path) {
+  std::ifstream file(path);
+  std::uint64_t value = 0;
+  return file >> value ? value : 0;
+}
+
+}  // namespace
+
+int usable_cores() {
+  cpu_set_t set;
+  CPU_ZERO(&set);
+  if (sched_getaffinity(0, sizeof set, &set) == 0) return std::max(1, CPU_COUNT(&set));
+  return std::max(1, static_cast<int>(sysconf(_SC_NPROCESSORS_ONLN)));
+}
+
+std::uint64_t usable_memory() {
+  const long pages = sysconf(_SC_PHYS_PAGES), page = sysconf(_SC_PAGESIZE);
+  std::uint64_t least =
+      pages > 0 && page > 0 ? static_cast<std::uint64_t>(pages) * static_cast<std::uint64_t>(page) : 0;
+  for (const char* path : {"/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory/memory.limit_in_bytes"})
+    if (const std::uint64_t limit = number_in(path); limit > 0) least = least == 0 ? limit : std::min(least, limit);
+  return least;
+}
+
+std::string host_name() {
+  utsname name;
+  return uname(&name) == 0 ? name.nodename : "unknown";
+}
+
+std::uint64_t peak_memory() {
+  rusage usage;
+  return getrusage(RUSAGE_SELF, &usage) == 0 ? static_cast<std::uint64_t>(usage.ru_maxrss) * 1024 : 0;
+}
+
+Result<void> cap_memory(std::uint64_t bytes) {
+  if (bytes < kBaseMemory)
+    return fail(
+        Code::BadUsage,
+        "found " + bytes_text(bytes) + "; the process itself needs " + bytes_text(kBaseMemory) + "; give at least that",
+        "memory cap");
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // their shadow memory counts as private memory
+  rlimit limit;
+  if (getrlimit(RLIMIT_DATA, &limit) == 0) {
+    limit.rlim_cur = std::min<rlim_t>(bytes, limit.rlim_max);
+    if (setrlimit(RLIMIT_DATA, &limit) != 0)
+      return fail(Code::Internal, "the system does not take a limit of " + bytes_text(bytes), "memory cap");
+  }
+#endif
+  return {};
+}
+
+std::string utc_now() {
+  const std::time_t now = std::time(nullptr);
+  std::tm parts{};
+  gmtime_r(&now, &parts);
+  char text[32];
+  std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &parts);
+  return text;
+}
+
+std::string clock_text(double seconds) {
+  const auto whole = static_cast<std::uint64_t>(std::max(0.0, seconds));
+  char text[40];
+  std::snprintf(text, sizeof text, "%02llu:%02llu:%02llu", static_cast<unsigned long long>(whole / 3600),
+                static_cast<unsigned long long>(whole / 60 % 60), static_cast<unsigned long long>(whole % 60));
+  return text;
+}
+
+}  // namespace scanmill::runner

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+// The machine a run finds itself on: cores, memory, and the cap on this process.
+#pragma once
+#include <cstdint>
+#include <string>
+
+#include "base/result.hpp"
+
+namespace scanmill::runner {
+
+/// Cores this process may use (affinity mask).
+int usable_cores();
+/// Physical memory, or the control group's limit where that is less; 0 when neither can be read.
+std::uint64_t usable_memory();
+std::string host_name();
+/// Highest resident memory of this process so far.
+std::uint64_t peak_memory();
+
+/// Caps the private memory of this process: an allocation beyond it fails, and the scan at hand with it.
+/// errors  BadUsage when the cap is below what the process needs by itself
+Result<void> cap_memory(std::uint64_t bytes);
+
+/// "2026-01-31T08:15:00Z"
+std::string utc_now();
+/// "00:01:07"
+std::string clock_text(double seconds);
+
+}  // namespace scanmill::runner

@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "runner/output_tree.hpp"
+
+#include <algorithm>
+#include <filesystem>
+
+#include "runner/scan_state.hpp"
+#include "store/files.hpp"
+
+namespace scanmill::runner {
+
+namespace fs = std::filesystem;
+
+Result<void> write_text(const std::string& path, const std::string& text) {
+  TRY_ASSIGN(const auto sink, store::create_file(path));
+  TRY(sink->write(std::string_view(text)));
+  return sink->commit();
+}
+
+Result<void> OutputTree::prepare() const {
+  for (const char* part : {"/scans", "/logs", "/journal"}) TRY(store::make_folders(root_ + part));
+  return {};
+}
+
+Result<void> OutputTree::remove_leftovers() const {
+  std::vector<std::string> found;
+  std::error_code error;
+  for (fs::recursive_directory_iterator it(root_ + "/scans", error), end; !error && it != end; it.increment(error)) {
+    // Scan names never begin with a dot, so every hidden folder is an attempt (or what an attempt replaced).
+    if (!it->is_directory(error) || it->path().filename().string().front() != '.') continue;
+    found.push_back(it->path().string());
+    it.disable_recursion_pending();
+  }
+  for (const std::string& path : found) TRY(store::remove_tree(path));
+  return {};
+}
+
+Result<std::string> OutputTree::begin_attempt(const std::string& name) const {
+  const fs::path final = scan(name);
+  TRY(store::make_folders(final.parent_path().string()));
+  for (int attempt = 1;; ++attempt) {
+    const std::string path =
+        (final.parent_path() / ("." + final.filename().string() + "." + std::to_string(attempt))).string();
+    if (store::exists(path)) continue;
+    TRY(store::make_folders(path));
+    return path;
+  }
+}
+
+Result<void> OutputTree::commit(const std::string& attempt, const std::string& name) const {
+  return store::replace_folder(attempt, scan(name));
+}
+
+std::vector<std::string> OutputTree::finished() const {
+  std::vector<std::string> names;
+  std::error_code error;
+  const fs::path top = root_ + "/scans";
+  for (fs::recursive_directory_iterator it(top, error), end; !error && it != end; it.increment(error)) {
+    if (!it->is_directory(error)) continue;
+    if (it->path().filename().string().front() == '.')
+      it.disable_recursion_pending();
+    else if (store::exists(it->path().string() + "/" + kStateFile))
+      names.push_back(it->path().lexically_relative(top).generic_string());
+  }
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+bool OutputTree::is_unwritable() const {
+  const std::string path = root_ + "/journal/probe";
+  const bool fine = write_text(path, std::string(65536, ' ')).ok();
+  (void)store::remove_tree(path);
+  return !fine;
+}
+
+}  // namespace scanmill::runner

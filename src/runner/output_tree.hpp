@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+// Where things are in an output tree, and the one switch by which a scan's result appears.
+#pragma once
+#include <string>
+#include <vector>
+
+#include "base/result.hpp"
+
+namespace scanmill::runner {
+
+class OutputTree {
+ public:
+  explicit OutputTree(std::string root) : root_(std::move(root)) {}
+
+  const std::string& root() const { return root_; }
+  std::string scan(const std::string& name) const { return root_ + "/scans/" + name; }
+  std::string log(const std::string& name) const { return root_ + "/logs/" + name + ".log"; }
+  std::string run_file() const { return root_ + "/run.json"; }
+  std::string lock_file() const { return root_ + "/journal/lock"; }
+  std::string hashes_file() const { return root_ + "/journal/hashes.json"; }
+  std::string quarantine_file() const { return root_ + "/quarantine.json"; }
+
+  /// scans, logs and journal. errors  IoFailed, NoSpace naming the folder
+  Result<void> prepare() const;
+  /// Removes attempts that dead runs left behind; only the holder of the lock may call this.
+  Result<void> remove_leftovers() const;
+  /// An empty folder ".<last part of the name>.<attempt>" beside the scan's folder.
+  Result<std::string> begin_attempt(const std::string& name) const;
+  /// The attempt takes the place of the scan's folder in one step.
+  Result<void> commit(const std::string& attempt, const std::string& name) const;
+  /// Names of all scans with a result here, in byte order.
+  std::vector<std::string> finished() const;
+  /// True when the tree takes no more bytes.
+  bool is_unwritable() const;
+
+ private:
+  std::string root_;
+};
+
+/// Writes a small file in one step. errors  NoSpace, IoFailed naming it
+Result<void> write_text(const std::string& path, const std::string& text);
+
+}  // namespace scanmill::runner

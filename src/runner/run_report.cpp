@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "runner/run_report.hpp"
+
+#include <algorithm>
+
+#include "runner/machine.hpp"
+
+namespace scanmill::runner {
+
+using document::Node;
+
+const char* name_of(ScanFate fate) {
+  static constexpr const char* kNames[] = {"pending", "unchanged",   "done",        "failed",
+                                           "stale",   "quarantined", "interrupted", "vanished"};
+  return kNames[static_cast<std::size_t>(fate)];
+}
+
+std::uint64_t RunReport::count(ScanFate fate) const {
+  return static_cast<std::uint64_t>(
+      std::count_if(scans.begin(), scans.end(), [&](const ScanEntry& entry) { return entry.fate == fate; }));
+}
+
+namespace {
+
+Node texts(const std::vector<std::string>& list) {
+  Node node = Node::sequence();
+  for (const std::string& text : list) node.push(text);
+  return node;
+}
+
+Node to_document(const ScanEntry& entry) {
+  Node node = Node::map();
+  node.set("name", entry.name);
+  node.set("state", name_of(entry.fate));
+  node.set("why", texts(entry.why));
+  if (!entry.error.message.empty()) {
+    Node error = Node::map();
+    error.set("code", scanmill::name_of(entry.error.code));
+    error.set("text", entry.error.text());
+    error.set("repeat", entry.repeat);
+    node.set("error", std::move(error));
+  }
+  node.set("notes", texts(entry.notes));
+  node.set("files", texts(entry.files));
+  if (!entry.record_identity.empty()) node.set("record", entry.record_identity);
+  if (entry.counts.is_map()) node.set("counts", entry.counts);
+  node.set("seconds", entry.seconds);
+  Node stages = Node::map();
+  for (const auto& [stage, seconds] : entry.stage_seconds) stages.set(stage, seconds);
+  node.set("stage_seconds", std::move(stages));
+  node.set("peak_memory_bytes", entry.peak_memory);
+  return node;
+}
+
+std::uint64_t in_this_run(const RunReport& report) { return report.scans.size() - report.count(ScanFate::Vanished); }
+
+}  // namespace
+
+Node to_document(const RunReport& report) {
+  Node node = Node::map();
+  node.set("scanmill_run", 1);
+  node.set("version", report.version);
+  node.set("libraries", report.libraries);
+  node.set("host", report.host);
+  node.set("pid", report.pid);
+  node.set("started", report.started);
+  node.set("ended", report.ended.empty() ? Node() : Node(report.ended));
+  node.set("seconds", report.seconds);
+  node.set("exit", report.exit_code < 0 ? Node() : Node(report.exit_code));
+  node.set("threads", report.threads);
+  node.set("memory_cap_bytes", report.memory_cap);
+  Node job = Node::map();
+  job.set("path", report.job_path);
+  job.set("archive", report.archive);
+  job.set("set", texts(report.sets));
+  job.set("only", texts(report.only));
+  job.set("text", report.job_text);
+  node.set("job", std::move(job));
+  Node scans = Node::sequence();
+  for (const ScanEntry& entry : report.scans) scans.push(to_document(entry));
+  node.set("scans", std::move(scans));
+  return node;
+}
+
+std::string last_line(const RunReport& report) {
+  const auto number = [&](ScanFate fate) { return std::to_string(report.count(fate)); };
+  return std::to_string(in_this_run(report)) + " scans: " + number(ScanFate::Unchanged) + " unchanged, " +
+         number(ScanFate::Done) + " done, " +
+         std::to_string(report.count(ScanFate::Failed) + report.count(ScanFate::Stale)) + " failed, " +
+         number(ScanFate::Quarantined) + " quarantined | gates: 0 | " + clock_text(report.seconds) + " h | " +
+         report.out + "/run.json | exit " + std::to_string(report.exit_code);
+}
+
+Node last_event(const RunReport& report) {
+  Node node = Node::map();
+  node.set("type", "summary");
+  node.set("scans", in_this_run(report));
+  node.set("unchanged", report.count(ScanFate::Unchanged));
+  node.set("done", report.count(ScanFate::Done));
+  node.set("failed", report.count(ScanFate::Failed) + report.count(ScanFate::Stale));
+  node.set("stale", report.count(ScanFate::Stale));
+  node.set("quarantined", report.count(ScanFate::Quarantined));
+  node.set("gates", 0);
+  node.set("seconds", report.seconds);
+  node.set("run", report.out + "/run.json");
+  node.set("exit", report.exit_code);
+  return node;
+}
+
+}  // namespace scanmill::runner

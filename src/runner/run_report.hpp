@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+// run.json: everything about a run that is no part of a result (times, host, versions, job as written, states,
+// failures).
+#pragma once
+#include <cstdint>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "base/result.hpp"
+#include "document/document.hpp"
+
+namespace scanmill::runner {
+
+enum class ScanFate {
+  Pending,    // not reached
+  Unchanged,  // an earlier result stands
+  Done,
+  Failed,       // no result
+  Stale,        // failed; the last good result stands, made from other inputs or keys
+  Quarantined,  // failed before on the same work; not tried again
+  Interrupted,
+  Vanished,  // its source is gone; its result is kept
+};
+const char* name_of(ScanFate fate);
+
+struct ScanEntry {
+  std::string name;
+  ScanFate fate = ScanFate::Pending;
+  std::vector<std::string> why;  // reasons to run; empty when unchanged
+  std::vector<std::string> notes;
+  Error error;         // of Failed, Stale, Quarantined, Interrupted
+  std::string repeat;  // the command that repeats this scan alone
+  double seconds = 0;
+  std::vector<std::pair<std::string, double>> stage_seconds;
+  std::uint64_t peak_memory = 0;  // of the process when the scan ended
+  document::Node counts;
+  std::string record_identity;
+  std::vector<std::string> files;  // relative to the output tree
+};
+
+struct RunReport {
+  std::string version;
+  document::Node libraries;
+  std::string job_path, job_text, archive, out;
+  std::vector<std::string> sets, only;
+  std::string host, started, ended;
+  int pid = 0, threads = 0;
+  std::uint64_t memory_cap = 0;
+  double seconds = 0;
+  int exit_code = -1;  // -1: still running
+  std::vector<ScanEntry> scans;
+
+  std::uint64_t count(ScanFate fate) const;
+};
+
+document::Node to_document(const RunReport& report);
+/// "2 scans: 0 unchanged, 2 done, 0 failed, 0 quarantined | gates: 0 | 00:00:07 h | OUT/run.json | exit 0"
+std::string last_line(const RunReport& report);
+/// The same as an event of type "summary".
+document::Node last_event(const RunReport& report);
+
+}  // namespace scanmill::runner

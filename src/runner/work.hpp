@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the runner asks of the work it runs. The runner knows names, trees of keys and files, never geometry or formats;
+// the command line binds this to the pipeline.
+#pragma once
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "base/context.hpp"
+#include "base/progress.hpp"
+#include "base/result.hpp"
+#include "document/document.hpp"
+#include "document/read_fields.hpp"
+
+namespace scanmill::runner {
+
+/// A scan of the archive.
+struct ScanTask {
+  std::string name;
+  std::vector<std::string> notes;
+  std::string broken;  // why it cannot be read at all; empty when fine
+};
+
+struct InputFile {
+  std::string path;    // relative to the archive
+  std::string sha256;  // empty for a missing file
+  std::uint64_t bytes = 0;
+};
+
+/// Everything that decides the bytes of a scan's result; `value` is the digest of all of it.
+struct Fingerprint {
+  std::string value;
+  std::vector<InputFile> inputs;
+  std::vector<std::pair<std::string, std::string>> versions;  // stage, version
+};
+
+struct Outcome {
+  document::Node counts = document::Node::map();  // name -> number; `triangles` and `boundary_loops` are shown
+  std::vector<std::string> notes;
+  std::string record_identity;
+  std::vector<std::pair<std::string, double>> stage_seconds;
+};
+
+class Work {
+ public:
+  virtual ~Work() = default;
+  virtual std::span<const std::string_view> what_keys() const = 0;
+  /// Problems of a tree of what keys that need not be complete.
+  virtual void check_part(const document::Node& part, document::Problems& problems) const = 0;
+  virtual document::Node overlay(document::Node base, const document::Node& over) const = 0;
+  /// Checks a complete tree and returns it with defaults filled in.
+  virtual Result<document::Node> resolve(const document::Node& what, const std::string& name) const = 0;
+  /// Scans sorted by name; their positions are the numbers used below. `what`: the job's keys without overrides.
+  virtual Result<std::vector<ScanTask>> discover(const std::string& archive, const document::Node& what) = 0;
+  virtual Result<Fingerprint> fingerprint(std::size_t scan, const document::Node& resolved) = 0;
+  /// Writes the scan's files, complete and synced, into the empty `folder`.
+  virtual Result<Outcome> run(std::size_t scan, const document::Node& resolved, const std::string& folder,
+                              const Context& context, Progress& progress) = 0;
+  /// Known content hashes, kept between runs.
+  virtual void load_hashes(std::string_view text) = 0;
+  virtual std::string save_hashes() const = 0;
+};
+
+}  // namespace scanmill::runner
