@@ -44,12 +44,15 @@ Result<bool> PatchGrowth::grow(Vec3 seed, std::uint32_t patch, const CancelFlag&
   std::vector<Ranked> ranked;
   for (std::uint32_t row = 0; row < points_.size(); ++row)
     if (!finished_[row]) ranked.push_back({norm2(points_[row] - seed), row});
-  std::sort(ranked.begin(), ranked.end());
+  // Most seeds of a scattered cloud fail at once, so everything is sorted only when the first triangle stands.
+  const auto near_end = ranked.begin() + static_cast<std::ptrdiff_t>(std::min(ranked.size(), kFirstCandidates));
+  std::partial_sort(ranked.begin(), near_end, ranked.end());
   std::vector<std::uint32_t> order;
-  order.reserve(ranked.size());
-  for (const Ranked& r : ranked) order.push_back(r.row);
-
+  for (auto r = ranked.begin(); r != near_end; ++r) order.push_back(r->row);
   if (!first_triangle(order)) return false;
+  std::sort(near_end, ranked.end());
+  for (auto r = near_end; r != ranked.end(); ++r) order.push_back(r->row);
+
   bool added = true;
   for (bool first_pass = true; added && front_size_ > 0; first_pass = false) {
     added = false;
@@ -67,7 +70,7 @@ Result<bool> PatchGrowth::grow(Vec3 seed, std::uint32_t patch, const CancelFlag&
 /// The first valid triple by distance: (0,1,2), (0,1,3), (0,2,3), (1,2,3), ... At least one corner must be new, or
 /// finished patches would be grown again.
 bool PatchGrowth::first_triangle(const std::vector<std::uint32_t>& order) {
-  const std::size_t count = std::min(order.size(), kFirstCandidates);
+  const std::size_t count = order.size();
   for (std::size_t k = 2; k < count; ++k)
     for (std::size_t j = 1; j < k; ++j)
       for (std::size_t i = 0; i < j; ++i) {
