@@ -99,15 +99,28 @@ Result<void> grow_from_given_seeds(Run& run) {
 Result<void> grow_from_automatic_seeds(Run& run, const Surface& surface, const PointGrid& grid, double range) {
   const auto& points = run.input.points;
   const double spacing2 = kSeedSpacing * run.input.edge_mm * kSeedSpacing * run.input.edge_mm;
-  const auto covered = [&](std::uint32_t row) { return !surface.around(row).empty(); };
-  for (const std::uint32_t row : rows_by_variation(run.input, grid, range)) {
-    if (run.full() || run.input.normals.empty()) break;
-    const bool near_another = std::any_of(run.seeds.begin(), run.seeds.end(),
-                                          [&](Vec3 seed) { return norm2(seed - points[row]) < spacing2; });
-    if (!covered(row) && !near_another) TRY(run.from(points[row]));
+  std::vector<std::uint8_t> tried(points.size(), 0);
+  // Uncovered, not yet tried, and not lonely: a seed costs a look at all points, so hopeless ones are passed over.
+  const auto worth_trying = [&](std::uint32_t row) {
+    if (!surface.around(row).empty() || tried[row]) return false;
+    int near = 0;  // itself included
+    grid.each_within(points[row], range, [&](std::uint32_t) { ++near; });
+    return near >= 3;
+  };
+  const auto far_from_seeds = [&](std::uint32_t row) {
+    return std::none_of(run.seeds.begin(), run.seeds.end(),
+                        [&](Vec3 seed) { return norm2(seed - points[row]) < spacing2; });
+  };
+  if (!run.input.normals.empty()) {
+    for (const std::uint32_t row : rows_by_variation(run.input, grid, range)) {
+      if (run.full()) break;
+      if (!far_from_seeds(row) || !worth_trying(row)) continue;
+      tried[row] = 1;
+      TRY(run.from(points[row]));
+    }
   }
   for (std::uint32_t row = 0; row < points.size() && !run.full(); ++row)
-    if (!covered(row)) TRY(run.from(points[row]));
+    if (worth_trying(row)) TRY(run.from(points[row]));
   return {};
 }
 

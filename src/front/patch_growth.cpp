@@ -12,6 +12,8 @@ constexpr std::uint32_t kNone = kNoTriangle;
 constexpr std::size_t kFirstCandidates = 24;
 /// A sine this small is a line, whatever g2 says.
 constexpr double kLeastSquaredSine = 1e-20;
+/// g1 with room for the rounding of distances.
+constexpr double kBeyond = 1.000001;
 /// From how clear an agreement with its surroundings a first triangle takes its orientation.
 constexpr double kClearAgreement = 0.3;
 /// A triangle across a seam may lean from the mean of both sides, but not turn its back on it.
@@ -44,19 +46,33 @@ Result<bool> PatchGrowth::grow(Vec3 seed, std::uint32_t patch, const CancelFlag&
   std::vector<Ranked> ranked;
   for (std::uint32_t row = 0; row < points_.size(); ++row)
     if (!finished_[row]) ranked.push_back({norm2(points_[row] - seed), row});
-  std::sort(ranked.begin(), ranked.end());
+  // Most seeds of a scattered cloud fail at once, so everything is sorted only when the first triangle stands.
+  const auto near_end = ranked.begin() + static_cast<std::ptrdiff_t>(std::min(ranked.size(), kFirstCandidates));
+  std::partial_sort(ranked.begin(), near_end, ranked.end());
   std::vector<std::uint32_t> order;
-  order.reserve(ranked.size());
-  for (const Ranked& r : ranked) order.push_back(r.row);
-
+  for (auto r = ranked.begin(); r != near_end; ++r) order.push_back(r->row);
   if (!first_triangle(order)) return false;
+  std::sort(near_end, ranked.end());
+  for (auto r = near_end; r != ranked.end(); ++r) order.push_back(r->row);
+
+  double farthest = 0;  // of the patch's vertices from the seed
+  for (const std::uint32_t v : order)
+    if (in_patch_[v]) farthest = std::max(farthest, norm(points_[v] - seed));
   bool added = true;
   for (bool first_pass = true; added && front_size_ > 0; first_pass = false) {
     added = false;
-    for (const std::uint32_t p : order) {
-      if (in_patch_[p] || front_size_ == 0) continue;
+    for (std::size_t i = 0; i < order.size() && front_size_ > 0; ++i) {
+      const std::uint32_t p = order[i];
+      if (in_patch_[p]) continue;
       if (cancel.is_set()) return fail(Code::Cancelled, "stopped while a patch was growing");
-      added |= attach(p, first_pass);
+      const double distance = norm(points_[p] - seed);
+      if (distance > farthest + kBeyond * rules_.range_mm) {  // nor can any later point touch the front
+        if (first_pass) refused_.limits.range += order.size() - i;
+        break;
+      }
+      if (!attach(p, first_pass)) continue;
+      farthest = std::max(farthest, distance);
+      added = true;
     }
     if (!added) added = close_ears();
   }
@@ -67,7 +83,7 @@ Result<bool> PatchGrowth::grow(Vec3 seed, std::uint32_t patch, const CancelFlag&
 /// The first valid triple by distance: (0,1,2), (0,1,3), (0,2,3), (1,2,3), ... At least one corner must be new, or
 /// finished patches would be grown again.
 bool PatchGrowth::first_triangle(const std::vector<std::uint32_t>& order) {
-  const std::size_t count = std::min(order.size(), kFirstCandidates);
+  const std::size_t count = order.size();
   for (std::size_t k = 2; k < count; ++k)
     for (std::size_t j = 1; j < k; ++j)
       for (std::size_t i = 0; i < j; ++i) {
