@@ -31,7 +31,10 @@ Result<std::vector<Run>> index_lines(const ByteSource& source, std::uint64_t off
   Cursor cursor(source, offset, kChunk);
   while (!cursor.at_end()) {
     const std::uint64_t at = cursor.offset();
-    TRY_ASSIGN(const std::string_view text, cursor.line());
+    std::string_view text;
+    if (!cursor.line_at_hand(text)) {
+      TRY_ASSIGN(text, cursor.line());
+    }
     if (text.size() > kMaxLine)
       return fail(Code::BadInput, "the line is longer than 1 MiB; this is no text file of points",
                   line_place(source.name(), line));
