@@ -85,7 +85,10 @@ class Pass {
     for (std::uint64_t row = 0; row < element.count;) {
       if (cursor_.at_end()) return too_short(source_, element, row);
       const std::uint64_t offset = cursor_.offset();
-      TRY_ASSIGN(const std::string_view text, cursor_.line());
+      std::string_view text;
+      if (!cursor_.line_at_hand(text)) {
+        TRY_ASSIGN(text, cursor_.line());
+      }
       const std::uint64_t line = line_++;
       if (is_blank(text)) continue;
       if (wanted) index.row_begins(offset, row, line);
