@@ -26,7 +26,6 @@ Result<std::vector<runner::ScanTask>> PipelineWork::discover(const std::string& 
   TRY_ASSIGN(pipeline::Discovery found, pipeline::discover(archive, meshes && meshes->is_bool() && meshes->as_bool()));
   scans_ = std::move(found.scans);
   discovery_notes_ = std::move(found.notes);
-  TRY_ASSIGN(scans_, pipeline::discover(archive, meshes && meshes->is_bool() && meshes->as_bool()));
   std::vector<runner::ScanTask> tasks;
   for (const pipeline::ScanSpec& scan : scans_) tasks.push_back({scan.name, scan.notes, scan.broken});
   return tasks;
