@@ -1,0 +1,278 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipeline/tools.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+
+#include "export/writers.hpp"
+#include "pipeline/reduced_file.hpp"
+#include "pipeline/scan_points.hpp"
+#include "pipeline/surface.hpp"
+#include "pipeline/tool_inputs.hpp"
+#include "pipeline/watched_points.hpp"
+#include "plan/plan.hpp"
+#include "simulate/object.hpp"
+#include "store/files.hpp"
+
+namespace scanmill::pipeline {
+namespace {
+
+using document::Node;
+
+constexpr std::uint64_t kLongestPlan = 64 << 20;
+
+Node triple(Vec3 p) {
+  Node list = Node::sequence();
+  for (const double value : {p.x, p.y, p.z}) list.push(value);
+  return list;
+}
+
+Node texts(const std::vector<std::string>& lines) {
+  Node list = Node::sequence();
+  for (const std::string& line : lines) list.push(line);
+  return list;
+}
+
+void report_reduction(const reduce::Report& reduced, Node& out) {
+  out.set("points_read", reduced.points_read);
+  out.set("not_finite", reduced.not_finite);
+  out.set("points_used", reduced.points_used);
+  out.set("bin_mm", reduced.bin_mm);
+  out.set("bins", reduced.bins);
+  out.set("dropped_too_few", reduced.dropped_too_few);
+  out.set("dropped_isolated", reduced.dropped_isolated);
+  out.set("dropped_c1", reduced.dropped_centre_distance);
+  out.set("dropped_c2", reduced.dropped_neighbour_distance);
+  out.set("kept", reduced.kept);
+  out.set("median_residual_bins", reduced.median_residual);
+}
+
+void report_surface(const MeshedSurface& surface, Node& out) {
+  const TopologyCounts counts = topology_of(surface.mesh);
+  out.set("vertices", counts.vertices_used);
+  out.set("triangles", counts.triangles);
+  out.set("components", counts.components);
+  out.set("patches", static_cast<std::uint64_t>(surface.patches.patches.size()));
+  out.set("boundary_loops", static_cast<std::uint64_t>(surface.loops.size()));
+  out.set("boundary_edges", counts.boundary_edges);
+  out.set("nonmanifold_edges", counts.nonmanifold_edges);
+  out.set("nonmanifold_vertices", counts.nonmanifold_vertices);
+  out.set("misoriented_edges", counts.misoriented_edges);
+  out.set("refused_g1", surface.refused.range);
+  out.set("refused_g2", surface.refused.angle);
+  out.set("refused_g3", surface.refused.normal);
+  out.set("kept_points_used", surface.kept_used);
+  out.set("stray_components", static_cast<std::uint64_t>(surface.strays.size()));
+  out.set("points_in_strays", surface.kept_in_strays);
+  if (!(surface.mesh.offset == Vec3{})) out.set("offset_mm", triple(surface.mesh.offset));
+}
+
+struct Opened {
+  ToolInput input;
+  std::unique_ptr<ScanPoints> points;
+};
+
+Result<Opened> open_inputs(const std::vector<std::string>& inputs, const What& what) {
+  Opened opened;
+  TRY_ASSIGN(opened.input, scan_of_files(inputs));
+  TRY_ASSIGN(opened.points, ScanPoints::open(opened.input.archive, opened.input.scan, what.units_mm));
+  return opened;
+}
+
+Result<reduce::Reduction> reduce_inputs(const Opened& opened, const What& what, const Context& context, Progress& progress) {
+  const WatchedPoints watched(*opened.points, "reduce", progress);
+  TRY_ASSIGN(reduce::Reduction reduction, reduce::reduce_cloud(watched, what.lattice, what.reduce, context));
+  std::string problem = implausible_size(reduction.report.bounds, opened.points->units_mm(), reduction.report.bin_mm);
+  if (!problem.empty()) return fail(Code::BadInput, std::move(problem), opened.input.scan.name);
+  return reduction;
+}
+
+/// Bounds of a file that `reduce` wrote: its points are all that is known.
+Bounds bounds_of(const reduce::ReducedCloud& cloud) {
+  Bounds bounds;
+  for (const Vec3 p : cloud.measured) bounds.add(p);
+  return bounds;
+}
+
+Result<plan::ScanPlan> read_plan(const std::string& path, std::string& text) {
+  TRY_ASSIGN(const auto source, store::open_file(path, path));
+  TRY_ASSIGN(text, read_all(*source, kLongestPlan));
+  TRY_ASSIGN(const Node root, document::parse_yaml(text, path));
+  return plan::plan_from(root, path);
+}
+
+Result<void> write_text(const std::string& path, const std::string& text) {
+  TRY_ASSIGN(auto sink, store::create_file(path));
+  TRY(sink->write(std::string_view(text)));
+  return sink->commit();
+}
+
+}  // namespace
+
+Result<ToolReport> reduce_to_file(const std::vector<std::string>& inputs, const What& what, const std::string& output,
+                                  const Context& context, Progress& progress) {
+  TRY_ASSIGN(const Opened opened, open_inputs(inputs, what));
+  TRY_ASSIGN(const reduce::Reduction reduction, reduce_inputs(opened, what, context, progress));
+  TRY_ASSIGN(auto sink, store::create_file(output));
+  TRY(write_reduced(reduction.cloud, *sink));
+  TRY(opened.points->verify_unchanged());
+  TRY(sink->commit());
+  ToolReport report;
+  report.values.set("file", output);
+  report_reduction(reduction.report, report.values);
+  if (!opened.input.scan.notes.empty()) report.values.set("notes", texts(opened.input.scan.notes));
+  return report;
+}
+
+Result<ToolReport> mesh_to_file(const std::vector<std::string>& inputs, const What& what, bool as_is, const std::string& output,
+                                const Context& context, Progress& progress) {
+  ToolReport report;
+  report.values.set("file", output);
+  reduce::ReducedCloud cloud;
+  Bounds bounds;
+  if (as_is) {
+    if (inputs.size() != 1) return fail(Code::BadUsage, "--as-is takes one file that `scanmill reduce` wrote");
+    TRY_ASSIGN(const auto source, store::open_file(inputs.front(), inputs.front()));
+    TRY_ASSIGN(cloud, read_reduced(*source));
+    bounds = bounds_of(cloud);
+    report.values.set("bin_mm", cloud.lattice.edge_mm);
+  } else {
+    TRY_ASSIGN(const Opened opened, open_inputs(inputs, what));
+    TRY_ASSIGN(reduce::Reduction reduction, reduce_inputs(opened, what, context, progress));
+    TRY(opened.points->verify_unchanged());
+    report_reduction(reduction.report, report.values);
+    cloud = std::move(reduction.cloud);
+    bounds = reduction.report.bounds;
+  }
+  TRY_ASSIGN(const MeshedSurface surface, mesh_surface(cloud, bounds, what, context, progress));
+  TRY_ASSIGN(auto sink, store::create_file(output));
+  TRY(exporting::write_stl(surface.mesh, *sink));
+  TRY(sink->commit());
+  report_surface(surface, report.values);
+  return report;
+}
+
+Result<ToolReport> cloud_info(const std::string& input, const What& what, const Context& context, Progress& progress) {
+  TRY_ASSIGN(const Opened opened, open_inputs({input}, what));
+  const ScanPoints& points = *opened.points;
+  const WatchedPoints watched(points, "info", progress);
+  // One reduction on a trial lattice tells the bounds, then the area; a second one at about nine points per bin the noise.
+  reduce::LatticeParams lattice;
+  reduce::Params params;
+  params.representative = reduce::Representative::Centre;
+  lattice.target_bins = 4000;
+  TRY_ASSIGN(const reduce::Reduction coarse, reduce::reduce_cloud(watched, lattice, params, context));
+  const reduce::Report& seen = coarse.report;
+  // A smooth surface crosses about 1.5 bins per bin face of its area.
+  const double area = static_cast<double>(seen.bins) * seen.bin_mm * seen.bin_mm / 1.5;
+  const double spacing = std::sqrt(area / static_cast<double>(seen.points_used));
+  ToolReport report;
+  Node& out = report.values;
+  out.set("file", input);
+  Node views = Node::sequence();
+  const std::vector<ViewCounts> counts = points.counts();
+  for (std::size_t k = 0; k < points.views().size(); ++k) {
+    const OpenView& view = points.views()[k];
+    Node entry = Node::map();
+    entry.set("path", view.path);
+    entry.set("format", view.header.format);
+    entry.set("points", counts[k].points_read);
+    entry.set("not_finite", counts[k].not_finite);
+    if (!view.header.notes.empty()) entry.set("notes", texts(view.header.notes));
+    views.push(std::move(entry));
+  }
+  out.set("views", std::move(views));
+  out.set("units_mm", points.units_mm());
+  out.set("points", seen.points_read);
+  out.set("finite", seen.points_used);
+  out.set("low_mm", triple(seen.bounds.low));
+  out.set("high_mm", triple(seen.bounds.high));
+  out.set("size_mm", triple(seen.bounds.size()));
+  out.set("spacing_mm", spacing);
+  if (std::string problem = implausible_size(seen.bounds, points.units_mm(), 0); !problem.empty()) out.set("warning", problem);
+  lattice = {};
+  lattice.bin_mm = 3 * spacing;
+  if (seen.points_used >= 1000 && *lattice.bin_mm > 0) {
+    TRY_ASSIGN(const reduce::Reduction fine, reduce::reduce_cloud(watched, lattice, params, context));
+    const double noise = fine.report.median_residual * fine.report.bin_mm;
+    out.set("noise_mm_at_most", noise);  // curvature and misregistration are in it
+    out.set("suggested_bin_mm", std::max(2 * spacing, 8 * noise));
+  }
+  if (!opened.input.scan.notes.empty()) out.set("notes", texts(opened.input.scan.notes));
+  return report;
+}
+
+Result<ToolReport> convert_cloud(const std::string& input, const What& what, const std::string& output, const Context& context,
+                                 Progress& progress) {
+  TRY_ASSIGN(const Opened opened, open_inputs({input}, what));
+  const ScanPoints& points = *opened.points;
+  std::uint64_t count = 0;
+  PointBlock block;
+  for (std::size_t number = 0; number < points.block_count(); ++number) {
+    TRY(points.read_block(number, block));
+    count += block.positions.size();
+  }
+  TRY_ASSIGN(auto sink, store::create_file(output));
+  std::vector<std::string> comments{"scanmill convert: global frame, mm"};
+  for (const OpenView& view : points.views()) comments.push_back("view " + std::to_string(index_of(view.id)) + " " + view.path);
+  TRY_ASSIGN(exporting::PlyPointWriter writer, exporting::PlyPointWriter::begin(*sink, count, comments));
+  std::uint64_t done = 0;
+  for (std::size_t number = 0; number < points.block_count(); ++number) {
+    if (context.cancel.is_set()) return fail(Code::Cancelled, "stopped on request", output);
+    TRY(points.read_block(number, block));
+    TRY(writer.add(block));
+    progress.stage("convert", done += block.positions.size(), count);
+  }
+  TRY(writer.finish());
+  TRY(points.verify_unchanged());
+  TRY(sink->commit());
+  ToolReport report;
+  report.values.set("file", output);
+  report.values.set("points", count);
+  report.values.set("views", static_cast<std::uint64_t>(points.views().size()));
+  if (!opened.input.scan.notes.empty()) report.values.set("notes", texts(opened.input.scan.notes));
+  return report;
+}
+
+Result<ToolReport> simulate_plan(const std::string& plan_path, const std::string& object_name, const std::string& folder,
+                                 std::uint64_t seed, const Context& context, Progress& progress) {
+  TRY_ASSIGN(const auto object, simulate::make_object(object_name));
+  std::string text;
+  TRY_ASSIGN(plan::ScanPlan plan, read_plan(plan_path, text));
+  bool named_here = false;
+  for (plan::Station& station : plan.stations)
+    if (station.data.empty()) {
+      station.data = "views/" + station.name + ".ply";
+      named_here = true;
+    }
+  std::uint64_t points = 0;
+  for (std::size_t s = 0; s < plan.stations.size(); ++s) {
+    const plan::Station& station = plan.stations[s];
+    progress.stage("simulate", s, plan.stations.size());
+    const std::uint64_t own_seed = simulate::view_seed(seed, s);
+    TRY_ASSIGN(simulate::RangeMap map, simulate::scan(*object, plan.sensor, station.pose, own_seed, context));
+    for (Vec3& p : map.points) {
+      points += is_finite(p);
+      p = p * (1 / plan.units_mm);
+    }
+    const std::string path = folder + "/" + station.data;
+    TRY(store::make_folders(std::filesystem::path(path).parent_path().string()));
+    TRY_ASSIGN(auto sink, store::create_file(path));
+    const std::vector<std::string> comments{"scanmill simulate: object " + object_name + ", station " + station.name + ", seed " +
+                                            std::to_string(seed)};
+    TRY(exporting::write_view_ply(map.points, comments, *sink));
+    TRY(sink->commit());
+  }
+  progress.stage("simulate", plan.stations.size(), plan.stations.size());
+  const std::string plan_copy = folder + "/" + std::filesystem::path(plan_path).filename().string();
+  TRY(write_text(plan_copy, named_here ? document::to_yaml(plan::to_document(plan)) : text));
+  ToolReport report;
+  report.values.set("plan", plan_copy);
+  report.values.set("object", object_name);
+  report.values.set("stations", static_cast<std::uint64_t>(plan.stations.size()));
+  report.values.set("points", points);
+  return report;
+}
+
+}  // namespace scanmill::pipeline
