@@ -14,7 +14,7 @@ namespace {
 constexpr std::size_t kHeaderBytes = 80, kPreambleBytes = 84, kRecordBytes = 50;
 constexpr std::size_t kRecordsAtOnce = 8192;
 // No "solid" in front: readers take that for ASCII. No time and no version: equal meshes give equal files.
-constexpr std::string_view kTitle = "scanmill binary STL, mm";
+constexpr std::string_view kTitle = "scanmill binary STL UNITS=mm";
 
 struct FloatCorner {
   float x, y, z;
@@ -46,7 +46,8 @@ char* put_record(char* at, const Mesh& mesh, const Triangle& triangle) {
 
 std::array<char, kPreambleBytes> preamble(std::size_t triangles) {
   std::array<char, kPreambleBytes> bytes{};
-  std::copy(kTitle.begin(), kTitle.end(), bytes.begin());
+  const std::string header = stl_header();
+  std::copy(header.begin(), header.end(), bytes.begin());
   put(bytes.data() + kHeaderBytes, static_cast<std::uint32_t>(triangles));
   return bytes;
 }
@@ -93,6 +94,12 @@ const char* part_at(std::size_t byte) {
 }
 
 }  // namespace
+
+std::string stl_header() {
+  std::string header(kTitle);
+  header.resize(kHeaderBytes, ' ');
+  return header;
+}
 
 Result<void> write_stl(const Mesh& mesh, ByteSink& sink) {
   if (mesh.triangles.size() > std::numeric_limits<std::uint32_t>::max())

@@ -19,6 +19,9 @@ namespace scanmill::exporting {
 /// Unsupported above 2^32-1 triangles
 Result<void> write_stl(const Mesh& mesh, ByteSink& sink);
 
+/// The 80 header bytes that write_stl writes.
+std::string stl_header();
+
 /// What a binary STL holds, for reading back. errors  BadInput when the size is not 84 + 50 n
 Result<std::vector<std::array<float, 9>>> read_stl(const ByteSource& source);
 

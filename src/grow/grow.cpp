@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <numeric>
-#include <queue>
 
 #include "base/text.hpp"
 
@@ -200,36 +199,51 @@ class Grower {
     }
   }
 
-  /// The rest joins triangle by triangle over the flattest edge to a labelled one; islands become patches of their own.
+  /// The rest joins in rounds, each free triangle over its flattest edge to a triangle that was labelled before the round;
+  /// islands become patches of their own.
   void join_rest() {
-    struct Step {
-      double flatness;
-      std::uint32_t triangle, label;
-      bool operator<(const Step& o) const { return flatness != o.flatness ? flatness < o.flatness : triangle > o.triangle; }
-    };
-    std::priority_queue<Step> steps;
-    auto offer_neighbours = [&](std::uint32_t t) {
+    std::vector<std::uint32_t> border, next, chosen;
+    std::vector<std::uint8_t> listed(faces(), 0);
+    auto list_neighbours = [&](std::uint32_t t, std::vector<std::uint32_t>& out) {
       for (std::size_t e = 0; e < 3; ++e) {
         const std::uint32_t n = across_[3 * std::size_t{t} + e];
-        if (n != kNoTriangle && label_[n] == kFree) steps.push({dot(normal_[t], normal_[n]), n, label_[t]});
+        if (n == kNoTriangle || label_[n] != kFree || listed[n]) continue;
+        listed[n] = 1;
+        out.push_back(n);
       }
     };
     for (std::uint32_t t = 0; t < faces(); ++t)
-      if (label_[t] != kFree) offer_neighbours(t);
+      if (label_[t] != kFree) list_neighbours(t, border);
     for (std::uint32_t island = 0;;) {
-      while (!steps.empty()) {
-        const Step step = steps.top();
-        steps.pop();
-        if (label_[step.triangle] != kFree) continue;
-        label_[step.triangle] = step.label;
-        offer_neighbours(step.triangle);
+      while (!border.empty()) {
+        chosen.clear();
+        for (const std::uint32_t t : border) chosen.push_back(flattest_label(t));
+        for (std::size_t k = 0; k < border.size(); ++k) label_[border[k]] = chosen[k];
+        next.clear();
+        for (const std::uint32_t t : border) list_neighbours(t, next);
+        border.swap(next);
       }
       while (island < faces() && label_[island] != kFree) ++island;
       if (island == faces()) return;
       label_[island] = static_cast<std::uint32_t>(seeds_.size());
       seeds_.push_back({centroid_[island], island, SeedOrigin::Component});
-      offer_neighbours(island);
+      list_neighbours(island, border);
     }
+  }
+
+  std::uint32_t flattest_label(std::uint32_t t) const {
+    double flattest = -2;
+    std::uint32_t label = kFree;
+    for (std::size_t e = 0; e < 3; ++e) {
+      const std::uint32_t n = across_[3 * std::size_t{t} + e];
+      if (n == kNoTriangle || label_[n] == kFree) continue;
+      const double d = dot(normal_[t], normal_[n]);
+      if (d > flattest || (d == flattest && label_[n] < label)) {
+        flattest = d;
+        label = label_[n];
+      }
+    }
+    return label;
   }
 
   Patches finish() {

@@ -2,6 +2,7 @@
 #include "pipeline/scan_record.hpp"
 
 #include "base/digest.hpp"
+#include "export/writers.hpp"
 #include "pipeline/run_scan.hpp"
 #include "store/files.hpp"
 
@@ -144,6 +145,7 @@ Result<Record> record_of(const std::string& archive, const ScanSpec& scan, const
   add_counters(reduction.report, surface, record);
   record.notes = notes;
   record.stage_versions = stage_versions();
+  record.stl_header = exporting::stl_header();
   record.outputs = {{"mesh.stl", stl_digest}};
   return record;
 }
