@@ -14,9 +14,9 @@
 
 namespace scanmill::exporting {
 
-/// Binary STL: 80-byte header beginning "scanmill" (never "solid", no time), attribute bytes zero, normals from the float32
-/// corners, no -0. Positions are written as Mesh holds them (offset not added).
-/// errors  what the sink reports; Unsupported above 2^32-1 triangles
+/// Binary STL: 80-byte header beginning "scanmill" (never "solid", no time), attribute bytes zero, normals from the
+/// float32 corners, no -0. Positions are written as Mesh holds them (offset not added). errors  what the sink reports;
+/// Unsupported above 2^32-1 triangles
 Result<void> write_stl(const Mesh& mesh, ByteSink& sink);
 
 /// What a binary STL holds, for reading back. errors  BadInput when the size is not 84 + 50 n
@@ -24,6 +24,10 @@ Result<std::vector<std::array<float, 9>>> read_stl(const ByteSource& source);
 
 /// Corner for corner comparison of a file with the mesh it was written from; Internal naming the first difference.
 Result<void> compare_stl(const Mesh& mesh, const ByteSource& source);
+
+/// One view as the sensor gave it: binary little-endian PLY, float x y z, in the order given; cells with a NaN are left
+/// out. Points whose coordinates are float32 values are read back to the same bits.
+Result<void> write_view_ply(std::span<const Vec3> points, std::span<const std::string> comments, ByteSink& sink);
 
 /// Binary little-endian PLY points in a stream: double x y z, uint view, double row. The count must be known before.
 /// `comments` become header comments, one line each.

@@ -139,6 +139,23 @@ struct BinIndex::Reader::Impl {
     filled = true;
   }
   template <class Body>
+  void visit_box(const LocalBin& low, const LocalBin& high, Body body) {
+    move_to(low);
+    const int x = low[0] & 7, y = low[1] & 7, z = low[2] & 7;
+    for (int dx = 0; dx <= high[0] - low[0]; ++dx)
+      for (int dy = 0; dy <= high[1] - low[1]; ++dy) {
+        const std::int32_t* const* row =
+            &around[static_cast<std::size_t>((((x + dx) >> 3) + 1) * 9 + (((y + dy) >> 3) + 1) * 3)];
+        const int offset = ((x + dx) & 7) << 6 | ((y + dy) & 7) << 3;
+        for (int dz = 0; dz <= high[2] - low[2]; ++dz) {
+          const std::int32_t* values = row[((z + dz) >> 3) + 1];
+          if (values == nullptr) continue;
+          const std::int32_t slot = values[offset | ((z + dz) & 7)];
+          if (slot != kNoSlot) body(slot);
+        }
+      }
+  }
+  template <class Body>
   void visit(const LocalBin& bin, int radius, Body body) {
     move_to(bin);
     const int x = bin[0] & 7, y = bin[1] & 7, z = bin[2] & 7;
@@ -188,6 +205,10 @@ void BinIndex::Reader::window(const LocalBin& centre, int radius, std::vector<Ne
   impl_->visit(centre, radius, [&](std::int32_t row, int dx, int dy, int dz) {
     out.push_back({row, static_cast<std::int8_t>(dx), static_cast<std::int8_t>(dy), static_cast<std::int8_t>(dz)});
   });
+}
+
+void BinIndex::Reader::box(const LocalBin& low, const LocalBin& high, std::vector<std::int32_t>& rows) {
+  impl_->visit_box(low, high, [&](std::int32_t row) { rows.push_back(row); });
 }
 
 }  // namespace scanmill

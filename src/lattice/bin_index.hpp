@@ -76,6 +76,9 @@ class BinIndex {
     };
     void window(const LocalBin& centre, int radius, std::vector<Neighbour>& out);
 
+    /// Rows of the occupied bins from `low` to `high` (both included, at most 8 apart on each axis), in the same order; appended.
+    void box(const LocalBin& low, const LocalBin& high, std::vector<std::int32_t>& rows);
+
    private:
     struct Impl;
     std::unique_ptr<Impl> impl_;

@@ -48,14 +48,30 @@ std::vector<HalfEdge> half_edges_by_edge(std::span<const Triangle> triangles) {
 
 }  // namespace
 
-std::vector<std::uint32_t> edge_neighbours(std::size_t, std::span<const Triangle> triangles) {
-  std::vector<std::uint32_t> across(triangles.size() * 3, kNoTriangle);
-  const auto list = half_edges_by_edge(triangles);
-  for (std::size_t i = 0; i + 1 < list.size(); ++i)
-    if (list[i].edge == list[i + 1].edge) {
-      across[list[i].corner] = list[i + 1].corner / 3;
-      across[list[i + 1].corner] = list[i].corner / 3;
+std::vector<std::uint32_t> edge_neighbours(std::size_t vertex_count, std::span<const Triangle> triangles) {
+  // Half-edges in buckets by their lesser vertex; a bucket holds a handful.
+  std::vector<std::uint32_t> first(vertex_count + 1, 0);
+  for (const Triangle& t : triangles)
+    for (std::size_t e = 0; e < 3; ++e) ++first[std::min(t[e], t[(e + 1) % 3]) + 1];
+  std::partial_sum(first.begin(), first.end(), first.begin());
+  struct Half {
+    std::uint32_t greater, corner;
+  };
+  std::vector<Half> halves(triangles.size() * 3);
+  std::vector<std::uint32_t> next(first.begin(), first.end() - 1);
+  for (std::uint32_t t = 0; t < triangles.size(); ++t)
+    for (std::uint32_t e = 0; e < 3; ++e) {
+      const std::uint32_t a = triangles[t][e], b = triangles[t][(e + 1) % 3];
+      halves[next[std::min(a, b)]++] = {std::max(a, b), 3 * t + e};
     }
+  std::vector<std::uint32_t> across(triangles.size() * 3, kNoTriangle);
+  for (std::size_t v = 0; v < vertex_count; ++v)
+    for (std::uint32_t i = first[v]; i < first[v + 1]; ++i)
+      for (std::uint32_t j = i + 1; j < first[v + 1]; ++j)
+        if (halves[i].greater == halves[j].greater) {
+          across[halves[i].corner] = halves[j].corner / 3;
+          across[halves[j].corner] = halves[i].corner / 3;
+        }
   return across;
 }
 
@@ -147,6 +163,39 @@ TopologyCounts topology_of(const Mesh& mesh) {
   counts.euler = static_cast<std::int64_t>(counts.vertices_used) - static_cast<std::int64_t>(counts.edges) +
                  static_cast<std::int64_t>(counts.triangles);
   return counts;
+}
+
+std::vector<std::uint8_t> single_fan_triangles(std::size_t vertex_count, std::span<const Triangle> triangles) {
+  std::vector<std::uint8_t> stays(triangles.size(), 1);
+  const auto across = edge_neighbours(vertex_count, triangles);
+  auto corner_of = [&](std::uint32_t t, std::uint32_t v) {
+    std::uint32_t k = 0;
+    while (triangles[t][k] != v) ++k;
+    return 3 * t + k;
+  };
+  for (bool changed = true; changed;) {
+    changed = false;
+    Groups corners(triangles.size() * 3);
+    for (std::uint32_t c = 0; c < across.size(); ++c) {
+      const std::uint32_t other = across[c];
+      if (!stays[c / 3] || other == kNoTriangle || !stays[other]) continue;
+      for (const std::uint32_t k : {c % 3, (c % 3 + 1) % 3}) corners.join(3 * (c / 3) + k, corner_of(other, triangles[c / 3][k]));
+    }
+    std::vector<std::uint32_t> size(triangles.size() * 3, 0), best(vertex_count, kNoTriangle);
+    for (std::uint32_t c = 0; c < across.size(); ++c)
+      if (stays[c / 3]) ++size[corners.root(c)];
+    for (std::uint32_t c = 0; c < across.size(); ++c) {
+      if (!stays[c / 3] || corners.root(c) != c) continue;
+      std::uint32_t& largest = best[triangles[c / 3][c % 3]];
+      if (largest == kNoTriangle || size[c] > size[largest]) largest = c;
+    }
+    for (std::uint32_t c = 0; c < across.size(); ++c)
+      if (stays[c / 3] && corners.root(c) != best[triangles[c / 3][c % 3]]) {
+        stays[c / 3] = 0;
+        changed = true;
+      }
+  }
+  return stays;
 }
 
 double signed_volume(const Mesh& mesh) {

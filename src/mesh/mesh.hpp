@@ -46,6 +46,10 @@ struct TopologyCounts {
 };
 TopologyCounts topology_of(const Mesh& mesh);
 
+/// Per triangle: stays when every vertex is to have one fan. Where a vertex has several, the largest stays (ties: the one with
+/// the least triangle number), again until nothing changes.
+std::vector<std::uint8_t> single_fan_triangles(std::size_t vertex_count, std::span<const Triangle> triangles);
+
 /// Sum of signed tetrahedra over the origin, mm3.
 double signed_volume(const Mesh& mesh);
 

@@ -32,8 +32,14 @@ struct ScanSpec {
   std::string broken;         // why the scan cannot be read at all (its description is invalid); empty when fine
 };
 
-/// Finds all scans of an archive, sorted by name; pure in the bytes of the archive, whatever order the system lists files in.
+struct Discovery {
+  std::vector<ScanSpec> scans;     // by name
+  std::vector<std::string> notes;  // files that look like points but are no scans, one sentence per kind
+};
+
+/// Finds all scans of an archive; pure in the bytes of the archive, whatever order the system lists files in. Only headers
+/// are read. A scan whose name is also the folder of another scan keeps its suffix, so that no scan's output lies in another's.
 /// errors  IoFailed/BadInput when the archive is not there; BadInput when two scan names differ by letter case only
-Result<std::vector<ScanSpec>> discover(const std::string& archive, bool mesh_vertices_as_scan);
+Result<Discovery> discover(const std::string& archive, bool mesh_vertices_as_scan);
 
 }  // namespace scanmill::pipeline

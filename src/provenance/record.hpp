@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The record of one scan: what went in, what was decided, what came out. One HDF5 file, the same bytes for the same work.
+// The record of one scan: what went in, what was decided, what came out. One HDF5 file, the same bytes for the same
+// work.
 #pragma once
 #include <array>
 #include <cstdint>
@@ -16,12 +17,12 @@
 namespace scanmill::provenance {
 
 struct InputEntry {
-  std::string path;        // relative to the archive
-  std::string sha256;      // empty for a missing file
+  std::string path;    // relative to the archive
+  std::string sha256;  // empty for a missing file
   std::uint64_t bytes = 0;
-  std::string format;      // as the reader names it
-  std::string row_meaning; // "vertex from 0" or "line from 1"
-  std::array<double, 16> pose{};   // row-major, view -> global, mm
+  std::string format;             // as the reader names it
+  std::string row_meaning;        // "vertex from 0" or "line from 1"
+  std::array<double, 16> pose{};  // row-major, view -> global, mm
   double units_mm = 1;
   std::uint64_t points_read = 0, points_used = 0, not_finite = 0, sensor_invalid = 0;
   bool missing = false;
@@ -35,13 +36,13 @@ struct Counter {
 };
 
 struct PatchEntry {
-  Vec3 seed;                    // mm, global frame
-  std::string origin;           // "given", "automatic", "component"
+  Vec3 seed;           // mm, global frame
+  std::string origin;  // "given", "automatic", "component"
   std::uint64_t triangles = 0;
   double area_mm2 = 0, border_mm = 0;
 };
 
-struct StrayEntry {             // a dropped component
+struct StrayEntry {  // a dropped component
   std::uint64_t triangles = 0, vertices = 0;
   Vec3 centre;
   Vec3 size;
@@ -49,17 +50,17 @@ struct StrayEntry {             // a dropped component
 
 /// Everything a record holds; arrays by value or span as convenient. All rows in ascending bin key.
 struct Record {
-  std::string scan;                   // name
-  std::string what_json;              // canonical JSON of the what keys
+  std::string scan;                                                    // name
+  std::string what_json;                                               // canonical JSON of the what keys
   std::string description_path, description_sha256, description_text;  // plan or .conf, when there is one
-  std::vector<InputEntry> inputs;     // position = ViewId
+  std::vector<InputEntry> inputs;                                      // position = ViewId
   double bin_mm = 1;
   Vec3 lattice_origin;
   // reduced points: every occupied bin
-  std::vector<Vec3> points;           // as measured
+  std::vector<Vec3> points;  // as measured
   std::vector<SourceKey> source;
   std::vector<std::array<std::int64_t, 3>> bins;
-  std::vector<std::uint8_t> drop;     // reduce::Drop by number; names in `drop_names`
+  std::vector<std::uint8_t> drop;  // reduce::Drop by number; names in `drop_names`
   std::vector<std::string> drop_names;
   // mesh; `vertex_row[v]` is the row of `points` behind vertex v
   const Mesh* mesh = nullptr;
@@ -73,10 +74,14 @@ struct Record {
   std::vector<std::string> notes;
   std::vector<std::pair<std::string, std::string>> stage_versions;  // stage name, version
   std::vector<std::pair<std::string, std::string>> outputs;         // file name, sha256
+  std::string stl_header = "scanmill binary STL UNITS=mm";  // first 80 bytes of the STL, blank-padded when shorter
 };
 
 /// Writes to the path (the caller gives a temporary folder; committing is the caller's). Deterministic bytes.
 /// returns  the record's identity: SHA-256 over the canonical bytes of its datasets, which the file also holds
+/// errors   IoFailed and NoSpace naming the path, what is there of the file is removed; Internal when arrays that
+/// belong
+///          together differ in length
 Result<std::string> write_record(const Record& record, const std::string& path);
 
 /// Identity stored in a record file (for skip decisions and checks).

@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: Apache-2.0
+// Binary STL: 80 bytes of header, a 32-bit count, and 50 bytes per triangle: normal, three corners, two attribute
+// bytes.
+#include <algorithm>
+#include <limits>
+
+#include "base/text.hpp"
+#include "export/little_endian.hpp"
+#include "export/writers.hpp"
+
+namespace scanmill::exporting {
+namespace {
+
+constexpr std::size_t kHeaderBytes = 80, kPreambleBytes = 84, kRecordBytes = 50;
+constexpr std::size_t kRecordsAtOnce = 8192;
+// No "solid" in front: readers take that for ASCII. No time and no version: equal meshes give equal files.
+constexpr std::string_view kTitle = "scanmill binary STL, mm";
+
+struct FloatCorner {
+  float x, y, z;
+};
+
+FloatCorner corner_of(const Mesh& mesh, std::uint32_t vertex) {
+  const Vec3& p = mesh.positions[vertex];
+  return {without_minus_zero(static_cast<float>(p.x)), without_minus_zero(static_cast<float>(p.y)),
+          without_minus_zero(static_cast<float>(p.z))};
+}
+
+/// Zero for a triangle without area, as STL readers expect.
+FloatCorner normal_of(FloatCorner a, FloatCorner b, FloatCorner c) {
+  const Vec3 u{double{b.x} - a.x, double{b.y} - a.y, double{b.z} - a.z};
+  const Vec3 v{double{c.x} - a.x, double{c.y} - a.y, double{c.z} - a.z};
+  const Vec3 n = cross(u, v);
+  const double length = norm(n);
+  if (!(length > 0)) return {0, 0, 0};
+  return {without_minus_zero(static_cast<float>(n.x / length)), without_minus_zero(static_cast<float>(n.y / length)),
+          without_minus_zero(static_cast<float>(n.z / length))};
+}
+
+char* put_record(char* at, const Mesh& mesh, const Triangle& triangle) {
+  const FloatCorner a = corner_of(mesh, triangle[0]), b = corner_of(mesh, triangle[1]),
+                    c = corner_of(mesh, triangle[2]);
+  for (const FloatCorner& value : {normal_of(a, b, c), a, b, c}) at = put(at, value);
+  return put(at, std::uint16_t{0});
+}
+
+std::array<char, kPreambleBytes> preamble(std::size_t triangles) {
+  std::array<char, kPreambleBytes> bytes{};
+  std::copy(kTitle.begin(), kTitle.end(), bytes.begin());
+  put(bytes.data() + kHeaderBytes, static_cast<std::uint32_t>(triangles));
+  return bytes;
+}
+
+/// The announced triangles, once the size of the file agrees with them.
+Result<std::uint32_t> count_of(const ByteSource& source) {
+  std::array<char, 4> bytes{};
+  if (source.size() < kPreambleBytes)
+    return fail(Code::BadInput,
+                "the file ends after " + std::to_string(source.size()) +
+                    " bytes; a binary STL begins with a header of 84 bytes",
+                source.name() + ": byte " + std::to_string(source.size()));
+  TRY_ASSIGN(const std::size_t got, source.read_at(kHeaderBytes, bytes));
+  std::uint32_t count = 0;
+  if (got == bytes.size()) std::memcpy(&count, bytes.data(), sizeof count);
+  const std::uint64_t wanted = kPreambleBytes + std::uint64_t{kRecordBytes} * count;
+  if (got != bytes.size() || source.size() != wanted)
+    return fail(Code::BadInput,
+                "the header announces " + grouped(count) + " triangles, which take " + std::to_string(wanted) +
+                    " bytes, but the file has " + std::to_string(source.size()) + "; it was cut or is not a binary STL",
+                source.name() + ": byte " + std::to_string(std::min(wanted, source.size())));
+  return count;
+}
+
+/// body(first triangle, records) for the whole file in pieces.
+template <class Body>
+Result<void> for_each_piece_of(const ByteSource& source, std::uint32_t count, const Body& body) {
+  std::vector<char> buffer(kRecordBytes * std::min<std::size_t>(kRecordsAtOnce, count));
+  for (std::size_t first = 0; first < count; first += kRecordsAtOnce) {
+    const std::size_t bytes = kRecordBytes * std::min<std::size_t>(kRecordsAtOnce, count - first);
+    const std::uint64_t offset = kPreambleBytes + kRecordBytes * std::uint64_t{first};
+    TRY_ASSIGN(const std::size_t got, source.read_at(offset, std::span<char>(buffer.data(), bytes)));
+    if (got != bytes)
+      return fail(Code::IoFailed, "the file became shorter while it was read",
+                  source.name() + ": byte " + std::to_string(offset + got));
+    TRY(body(first, std::span<const char>(buffer.data(), bytes)));
+  }
+  return {};
+}
+
+const char* part_at(std::size_t byte) {
+  constexpr const char* kParts[] = {"normal", "first corner", "second corner", "third corner", "attribute"};
+  return kParts[byte / sizeof(FloatCorner)];
+}
+
+}  // namespace
+
+Result<void> write_stl(const Mesh& mesh, ByteSink& sink) {
+  if (mesh.triangles.size() > std::numeric_limits<std::uint32_t>::max())
+    return fail(Code::Unsupported,
+                "the mesh has " + grouped(mesh.triangles.size()) +
+                    " triangles, but an STL counts them in 32 bits; choose a larger bin or another format",
+                sink.name());
+  TRY(sink.write(std::span<const char>(preamble(mesh.triangles.size()))));
+  std::vector<char> buffer(kRecordBytes * std::min(kRecordsAtOnce, mesh.triangles.size()));
+  for (std::size_t first = 0; first < mesh.triangles.size(); first += kRecordsAtOnce) {
+    const std::size_t end = std::min(first + kRecordsAtOnce, mesh.triangles.size());
+    char* at = buffer.data();
+    for (std::size_t t = first; t < end; ++t) at = put_record(at, mesh, mesh.triangles[t]);
+    TRY(sink.write(std::span<const char>(buffer.data(), at)));
+  }
+  return {};
+}
+
+Result<std::vector<std::array<float, 9>>> read_stl(const ByteSource& source) {
+  TRY_ASSIGN(const std::uint32_t count, count_of(source));
+  std::vector<std::array<float, 9>> corners(count);
+  TRY(for_each_piece_of(source, count, [&](std::size_t first, std::span<const char> records) -> Result<void> {
+    for (std::size_t at = 0; at < records.size(); at += kRecordBytes)
+      std::memcpy(corners[first + at / kRecordBytes].data(), records.data() + at + sizeof(FloatCorner),
+                  sizeof corners[0]);
+    return {};
+  }));
+  return corners;
+}
+
+Result<void> compare_stl(const Mesh& mesh, const ByteSource& source) {
+  TRY_ASSIGN(const std::uint32_t count, count_of(source));
+  if (count != mesh.triangles.size())
+    return fail(Code::Internal,
+                "the file holds " + grouped(count) + " triangles, the mesh it was written from " +
+                    grouped(mesh.triangles.size()),
+                source.name() + ": byte 80");
+  return for_each_piece_of(source, count, [&](std::size_t first, std::span<const char> records) -> Result<void> {
+    std::array<char, kRecordBytes> wanted;
+    for (std::size_t at = 0; at < records.size(); at += kRecordBytes) {
+      const std::size_t triangle = first + at / kRecordBytes;
+      put_record(wanted.data(), mesh, mesh.triangles[triangle]);
+      const auto [found, expected] =
+          std::mismatch(records.begin() + static_cast<std::ptrdiff_t>(at),
+                        records.begin() + static_cast<std::ptrdiff_t>(at + kRecordBytes), wanted.begin());
+      if (expected == wanted.end()) continue;
+      const auto byte = static_cast<std::size_t>(expected - wanted.begin());
+      return fail(Code::Internal,
+                  "the " + std::string(part_at(byte)) + " of triangle " + grouped(triangle) +
+                      " is not what the mesh holds; the file was damaged on its way",
+                  source.name() + ": byte " + std::to_string(kPreambleBytes + kRecordBytes * triangle + byte));
+    }
+    return {};
+  });
+}
+
+}  // namespace scanmill::exporting

@@ -1,0 +1,300 @@
+// SPDX-License-Identifier: Apache-2.0
+// The paper grows one patch after another and stops a patch at g1, g2 and g3. Here the triangles are there already (they all
+// satisfy g1 and g2); g3 closes edges between triangles whose normals differ too much, and a patch is what its seed reaches
+// over open edges. The outcome does not depend on the order of growth; the order survives as each triangle's rank.
+#include "grow/grow.hpp"
+
+#include <algorithm>
+#include <numeric>
+#include <queue>
+
+#include "base/text.hpp"
+
+namespace scanmill::grow {
+namespace {
+
+constexpr double kFarthestSeed = 10;       // bins
+constexpr float kLeastPeak = 0.005f;       // variation below which a place is flat
+constexpr std::uint32_t kFree = kNoTriangle;
+
+struct Seed {
+  Vec3 at;  // frame of the positions
+  std::uint32_t triangle;
+  SeedOrigin origin;
+};
+
+class Grower {
+ public:
+  Grower(const Input& input, const SeedParams& params) : in_(input), params_(params) {}
+
+  Result<Patches> run(const Context& context) {
+    if (!params_.cover && params_.points.empty())
+      return fail(Code::BadParameter, "seeds.cover is false but no seeds are given; list them under seeds.points");
+    measure();
+    close_edges();
+    find_components();
+    TRY(place_given());
+    if (params_.points.empty()) place_automatic();
+    if (context.cancel.is_set()) return fail(Code::Cancelled, "stopped on request");
+    label_components();
+    keep_connected_to_seed();
+    if (params_.cover) {
+      seed_components();
+      join_rest();
+    }
+    return finish();
+  }
+
+ private:
+  std::size_t faces() const { return in_.triangles.size(); }
+
+  void measure() {
+    across_ = edge_neighbours(in_.positions.size(), in_.triangles);
+    normal_.resize(faces());
+    centroid_.resize(faces());
+    for (std::size_t t = 0; t < faces(); ++t) {
+      const Vec3 a = in_.positions[in_.triangles[t][0]], b = in_.positions[in_.triangles[t][1]], c = in_.positions[in_.triangles[t][2]];
+      normal_[t] = unit(cross(b - a, c - a));
+      centroid_[t] = (a + b + c) * (1.0 / 3);
+    }
+  }
+
+  void close_edges() {
+    closed_.assign(faces() * 3, 0);
+    for (std::size_t c = 0; c < closed_.size(); ++c) {
+      if (across_[c] == kNoTriangle) continue;
+      if (normals_agree(normal_[c / 3], normal_[across_[c]], in_.min_normal_dot)) continue;
+      closed_[c] = 1;
+      out_.refused_normal += across_[c] > c / 3;
+    }
+  }
+
+  template <class Accept, class Visit>
+  void flood(std::uint32_t start, Accept accept, Visit visit) {
+    queue_.assign(1, start);
+    visit(start);
+    for (std::size_t at = 0; at < queue_.size(); ++at)
+      for (std::size_t e = 0; e < 3; ++e) {
+        const std::size_t c = 3 * std::size_t{queue_[at]} + e;
+        const std::uint32_t next = across_[c];
+        if (next == kNoTriangle || closed_[c] || !accept(next)) continue;
+        visit(next);
+        queue_.push_back(next);
+      }
+  }
+
+  void find_components() {
+    component_.assign(faces(), kFree);
+    components_ = 0;
+    for (std::uint32_t t = 0; t < faces(); ++t) {
+      if (component_[t] != kFree) continue;
+      flood(t, [&](std::uint32_t n) { return component_[n] == kFree; }, [&](std::uint32_t n) { component_[n] = components_; });
+      ++components_;
+    }
+  }
+
+  Result<void> place_given() {
+    for (std::size_t s = 0; s < params_.points.size(); ++s) {
+      const Vec3 at = params_.points[s] - in_.offset;
+      double best = 1e300;
+      std::uint32_t nearest = kFree;
+      for (std::uint32_t t = 0; t < faces(); ++t) {
+        const double d = norm2(centroid_[t] - at);
+        if (d < best) {
+          best = d;
+          nearest = t;
+        }
+      }
+      if (nearest == kFree || std::sqrt(best) > kFarthestSeed * in_.edge_mm)
+        return fail(Code::BadParameter, "seed " + std::to_string(s + 1) + " lies " +
+                                            number_text(static_cast<double>(static_cast<std::int64_t>(std::sqrt(best) * 100)) / 100) +
+                                            " mm from the nearest triangle (allowed 10 bins, " +
+                                            number_text(kFarthestSeed * in_.edge_mm) + " mm); give it in the global frame, mm");
+      seeds_.push_back({at, nearest, SeedOrigin::Given});
+    }
+    return {};
+  }
+
+  /// Peaks of the curvature proxy, highest first, at least `spacing_bins` apart.
+  void place_automatic() {
+    std::vector<std::uint8_t> is_peak(in_.positions.size(), 1);
+    std::vector<std::uint32_t> triangle_at(in_.positions.size(), kFree);
+    for (std::uint32_t t = 0; t < faces(); ++t)
+      for (std::size_t e = 0; e < 3; ++e) {
+        const std::uint32_t a = in_.triangles[t][e], b = in_.triangles[t][(e + 1) % 3];
+        if (in_.variation[a] < in_.variation[b]) is_peak[a] = 0;
+        else if (in_.variation[b] < in_.variation[a]) is_peak[b] = 0;
+        if (triangle_at[a] == kFree) triangle_at[a] = t;
+      }
+    std::vector<std::uint32_t> peaks;
+    for (std::uint32_t v = 0; v < in_.positions.size(); ++v)
+      if (is_peak[v] && triangle_at[v] != kFree && in_.variation[v] > kLeastPeak) peaks.push_back(v);
+    std::sort(peaks.begin(), peaks.end(), [&](std::uint32_t a, std::uint32_t b) {
+      return in_.variation[a] != in_.variation[b] ? in_.variation[a] > in_.variation[b] : a < b;
+    });
+    const double spacing2 = params_.spacing_bins * in_.edge_mm * params_.spacing_bins * in_.edge_mm;
+    for (const std::uint32_t v : peaks) {
+      const Vec3 at = in_.positions[v];
+      const bool apart = std::none_of(seeds_.begin(), seeds_.end(), [&](const Seed& s) { return norm2(s.at - at) < spacing2; });
+      if (apart) seeds_.push_back({at, triangle_at[v], SeedOrigin::Automatic});
+    }
+  }
+
+  /// Each triangle of a component with seeds goes to the nearest of that component's seeds.
+  void label_components() {
+    label_.assign(faces(), kFree);
+    std::vector<std::vector<std::uint32_t>> of(components_);
+    for (std::uint32_t s = 0; s < seeds_.size(); ++s) of[component_[seeds_[s].triangle]].push_back(s);
+    for (std::uint32_t t = 0; t < faces(); ++t) {
+      double best = 1e300;
+      for (const std::uint32_t s : of[component_[t]]) {
+        const double d = norm2(centroid_[t] - seeds_[s].at);
+        if (d < best) {
+          best = d;
+          label_[t] = s;
+        }
+      }
+    }
+  }
+
+  /// What a label's seed does not reach inside its own label is free again. A seed whose triangle another seed took starts
+  /// from its nearest triangle of its own label, if it has one.
+  void keep_connected_to_seed() {
+    std::vector<std::uint32_t> start(seeds_.size(), kFree);
+    std::vector<double> distance(seeds_.size(), 1e300);
+    for (std::uint32_t t = 0; t < faces(); ++t) {
+      const std::uint32_t s = label_[t];
+      if (s == kFree) continue;
+      const double d = norm2(centroid_[t] - seeds_[s].at);
+      if (d < distance[s]) {
+        distance[s] = d;
+        start[s] = t;
+      }
+    }
+    std::vector<std::uint32_t> reached(faces(), kFree);
+    for (std::uint32_t s = 0; s < seeds_.size(); ++s)
+      if (start[s] != kFree)
+        flood(start[s], [&](std::uint32_t n) { return label_[n] == s && reached[n] == kFree; },
+              [&](std::uint32_t n) { reached[n] = s; });
+    cut_off_.assign(faces(), 0);
+    for (std::size_t t = 0; t < faces(); ++t) cut_off_[t] = label_[t] != kFree && reached[t] == kFree;
+    label_.swap(reached);
+  }
+
+  /// Components without a seed get one, unless they are small or crease strips (every triangle touches a closed edge).
+  void seed_components() {
+    std::vector<std::uint8_t> met(faces(), 0);
+    for (std::uint32_t t = 0; t < faces(); ++t) {
+      if (label_[t] != kFree || met[t] || cut_off_[t]) continue;
+      flood(t, [&](std::uint32_t n) { return !met[n]; }, [&](std::uint32_t n) { met[n] = 1; });
+      bool strip = true;
+      std::uint32_t peak = t;
+      for (const std::uint32_t n : queue_) {
+        strip = strip && (closed_[3 * std::size_t{n}] || closed_[3 * std::size_t{n} + 1] || closed_[3 * std::size_t{n} + 2]);
+        if (in_.variation[in_.triangles[n][0]] > in_.variation[in_.triangles[peak][0]]) peak = n;
+      }
+      if (strip || queue_.size() < static_cast<std::size_t>(in_.min_patch_triangles)) continue;
+      const auto s = static_cast<std::uint32_t>(seeds_.size());
+      seeds_.push_back({centroid_[peak], peak, SeedOrigin::Component});
+      for (const std::uint32_t n : queue_) label_[n] = s;
+    }
+  }
+
+  /// The rest joins triangle by triangle over the flattest edge to a labelled one; islands become patches of their own.
+  void join_rest() {
+    struct Step {
+      double flatness;
+      std::uint32_t triangle, label;
+      bool operator<(const Step& o) const { return flatness != o.flatness ? flatness < o.flatness : triangle > o.triangle; }
+    };
+    std::priority_queue<Step> steps;
+    auto offer_neighbours = [&](std::uint32_t t) {
+      for (std::size_t e = 0; e < 3; ++e) {
+        const std::uint32_t n = across_[3 * std::size_t{t} + e];
+        if (n != kNoTriangle && label_[n] == kFree) steps.push({dot(normal_[t], normal_[n]), n, label_[t]});
+      }
+    };
+    for (std::uint32_t t = 0; t < faces(); ++t)
+      if (label_[t] != kFree) offer_neighbours(t);
+    for (std::uint32_t island = 0;;) {
+      while (!steps.empty()) {
+        const Step step = steps.top();
+        steps.pop();
+        if (label_[step.triangle] != kFree) continue;
+        label_[step.triangle] = step.label;
+        offer_neighbours(step.triangle);
+      }
+      while (island < faces() && label_[island] != kFree) ++island;
+      if (island == faces()) return;
+      label_[island] = static_cast<std::uint32_t>(seeds_.size());
+      seeds_.push_back({centroid_[island], island, SeedOrigin::Component});
+      offer_neighbours(island);
+    }
+  }
+
+  Patches finish() {
+    // Seeds that own no triangle (a better one stood nearer everywhere) do not become patches.
+    std::vector<std::uint64_t> count(seeds_.size(), 0);
+    for (const std::uint32_t s : label_)
+      if (s != kFree) ++count[s];
+    std::vector<std::uint32_t> number(seeds_.size(), kFree);
+    for (std::size_t s = 0; s < seeds_.size(); ++s) {
+      if (count[s] == 0) continue;
+      number[s] = static_cast<std::uint32_t>(out_.patches.size());
+      out_.patches.push_back({seeds_[s].at + in_.offset, seeds_[s].origin, count[s], 0, 0});
+    }
+    rank();
+    out_.patch.resize(faces());
+    for (std::size_t t = 0; t < faces(); ++t) out_.patch[t] = label_[t] == kFree ? kNoTriangle : number[label_[t]];
+    for (std::size_t c = 0; c < faces() * 3; ++c) {
+      const std::uint32_t mine = out_.patch[c / 3];
+      if (mine == kNoTriangle) continue;
+      const Triangle& t = in_.triangles[c / 3];
+      const Vec3 a = in_.positions[t[c % 3]], b = in_.positions[t[(c % 3 + 1) % 3]];
+      if (across_[c] == kNoTriangle || out_.patch[across_[c]] != mine) out_.patches[mine].border_mm += norm(b - a);
+      if (c % 3 == 0) out_.patches[mine].area_mm2 += norm(cross(b - a, in_.positions[t[2]] - a)) / 2;
+    }
+    return std::move(out_);
+  }
+
+  void rank() {
+    std::vector<double> distance(faces(), 0);
+    std::vector<std::uint32_t> order(faces());
+    std::iota(order.begin(), order.end(), 0u);
+    for (std::size_t t = 0; t < faces(); ++t)
+      if (label_[t] != kFree) distance[t] = norm2(centroid_[t] - seeds_[label_[t]].at);
+    std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
+      return distance[a] != distance[b] ? distance[a] < distance[b] : a < b;
+    });
+    out_.rank.assign(faces(), 0);
+    std::vector<std::uint32_t> next(seeds_.size(), 0);
+    for (const std::uint32_t t : order)
+      if (label_[t] != kFree) out_.rank[t] = next[label_[t]]++;
+  }
+
+  const Input& in_;
+  const SeedParams& params_;
+  Patches out_;
+  std::vector<std::uint32_t> across_, component_, label_, queue_;
+  std::vector<Vec3> normal_, centroid_;
+  std::vector<std::uint8_t> closed_, cut_off_;
+  std::vector<Seed> seeds_;
+  std::uint32_t components_ = 0;
+};
+
+}  // namespace
+
+const char* name_of(SeedOrigin origin) {
+  switch (origin) {
+    case SeedOrigin::Given: return "given";
+    case SeedOrigin::Automatic: return "automatic";
+    case SeedOrigin::Component: return "component";
+  }
+  return "";
+}
+
+Result<Patches> grow_patches(const Input& input, const SeedParams& seeds, const Context& context) {
+  return Grower(input, seeds).run(context);
+}
+
+}  // namespace scanmill::grow

@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "merge/merge.hpp"
+
+#include <algorithm>
+#include <numeric>
+
+namespace scanmill::merge {
+namespace {
+
+struct Component {
+  std::uint64_t triangles = 0, vertices = 0;
+  bool side_known = false;
+  Bounds bounds;
+  double volume = 0;
+};
+
+/// Component number per row (rows in ascending order number the components), kNoTriangle where no triangle is.
+std::vector<std::uint32_t> label_rows(const Input& in, std::uint32_t& count) {
+  std::vector<std::uint32_t> up(in.positions.size());
+  std::iota(up.begin(), up.end(), 0u);
+  auto root = [&](std::uint32_t x) {
+    while (up[x] != x) x = up[x] = up[up[x]];
+    return x;
+  };
+  for (const Triangle& t : in.triangles)
+    for (std::size_t k = 1; k < 3; ++k) {
+      const std::uint32_t a = root(t[0]), b = root(t[k]);
+      if (a < b) up[b] = a;
+      else up[a] = b;
+    }
+  std::vector<std::uint32_t> label(in.positions.size(), kNoTriangle);
+  for (const Triangle& t : in.triangles)
+    for (const std::uint32_t v : t) label[v] = 0;
+  count = 0;
+  std::vector<std::uint32_t> number(in.positions.size(), kNoTriangle);
+  for (std::uint32_t v = 0; v < label.size(); ++v) {
+    if (label[v] == kNoTriangle) continue;
+    const std::uint32_t r = root(v);
+    if (number[r] == kNoTriangle) number[r] = count++;
+    label[v] = number[r];
+  }
+  return label;
+}
+
+}  // namespace
+
+Merged merge_components(const Input& in, const Params& params) {
+  Merged out;
+  std::uint32_t count = 0;
+  const std::vector<std::uint32_t> label = label_rows(in, count);
+  std::vector<Component> parts(count);
+  for (std::size_t v = 0; v < label.size(); ++v) {
+    if (label[v] == kNoTriangle) continue;
+    Component& part = parts[label[v]];
+    ++part.vertices;
+    part.bounds.add(in.positions[v]);
+    part.side_known |= in.side_known[v] != 0;
+  }
+  std::uint64_t largest = 0;
+  for (const Triangle& t : in.triangles) {
+    Component& part = parts[label[t[0]]];
+    // About the middle of its box, so that an open piece is judged by where it bulges.
+    const Vec3 middle = (part.bounds.low + part.bounds.high) * 0.5;
+    part.volume += dot(in.positions[t[0]] - middle, cross(in.positions[t[1]] - middle, in.positions[t[2]] - middle));
+    largest = std::max(largest, ++part.triangles);
+  }
+  const double least = params.min_component_share * static_cast<double>(in.triangles.size());
+  std::vector<std::uint8_t> dropped(count, 0), turned(count, 0);
+  for (std::uint32_t c = 0; c < count; ++c) {
+    const Component& part = parts[c];
+    dropped[c] = part.triangles < largest && static_cast<double>(part.triangles) < least;
+    if (dropped[c]) {
+      out.strays.push_back({part.triangles, part.vertices, {part.bounds.low + in.offset, part.bounds.high + in.offset}});
+      continue;
+    }
+    ++out.components;
+    turned[c] = !part.side_known && part.volume < 0;
+    out.turned_by_volume += !part.side_known;
+    out.turned_components += turned[c];
+  }
+  std::stable_sort(out.strays.begin(), out.strays.end(), [](const Stray& a, const Stray& b) { return a.triangles > b.triangles; });
+  std::vector<std::uint32_t> vertex(label.size(), kNoTriangle);
+  out.mesh.offset = in.offset;
+  for (std::uint32_t row = 0; row < label.size(); ++row) {
+    if (label[row] == kNoTriangle || dropped[label[row]]) continue;
+    vertex[row] = static_cast<std::uint32_t>(out.vertex_row.size());
+    out.vertex_row.push_back(row);
+    out.mesh.positions.push_back(in.positions[row]);
+  }
+  struct Face {
+    Triangle corners;
+    std::uint32_t patch;
+  };
+  std::vector<Face> faces;
+  for (std::size_t f = 0; f < in.triangles.size(); ++f) {
+    const Triangle& t = in.triangles[f];
+    const std::uint32_t c = label[t[0]];
+    if (dropped[c]) continue;
+    Triangle own{vertex[t[0]], vertex[t[1]], vertex[t[2]]};
+    if (turned[c]) std::swap(own[1], own[2]);
+    std::rotate(own.begin(), std::min_element(own.begin(), own.end()), own.end());
+    faces.push_back({own, in.patch.empty() ? kNoTriangle : in.patch[f]});
+  }
+  std::sort(faces.begin(), faces.end(), [](const Face& a, const Face& b) { return a.corners < b.corners; });
+  out.mesh.triangles.reserve(faces.size());
+  for (const Face& face : faces) {
+    out.mesh.triangles.push_back(face.corners);
+    if (!in.patch.empty()) out.mesh.patch.push_back(face.patch);
+  }
+  return out;
+}
+
+}  // namespace scanmill::merge

@@ -1,0 +1,226 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipeline/discovery.hpp"
+
+#include <algorithm>
+#include <map>
+#include <set>
+
+#include "document/document.hpp"
+#include "formats/conf.hpp"
+#include "formats/probe.hpp"
+#include "pipeline/scan_names.hpp"
+#include "plan/plan.hpp"
+#include "store/files.hpp"
+
+namespace scanmill::pipeline {
+namespace {
+
+constexpr std::uint64_t kMaxPlan = 64 << 20;
+constexpr std::size_t kLook = 1 << 16;
+
+std::string folder_of(const std::string& path) {
+  const auto slash = path.rfind('/');
+  return slash == std::string::npos ? std::string() : path.substr(0, slash + 1);
+}
+
+/// "a/./b//c" as list_files would name it: "a/b/c".
+std::string plain(const std::string& path) {
+  std::string out;
+  for (std::size_t at = 0; at < path.size();) {
+    const std::size_t end = std::min(path.find('/', at), path.size());
+    const std::string part = path.substr(at, end - at);
+    if (!part.empty() && part != ".") out.append(out.empty() ? "" : "/").append(part);
+    at = end + 1;
+  }
+  return out;
+}
+
+class Finder {
+ public:
+  Finder(const std::string& archive, bool mesh_vertices_as_scan, const std::vector<std::string>& files)
+      : archive_(archive), meshes_too_(mesh_vertices_as_scan), files_(files), present_(files.begin(), files.end()) {}
+
+  Result<Discovery> run() {
+    for (const std::string& file : files_) TRY(look_for_description(file));
+    for (const std::string& file : files_)
+      if (!claimed_.contains(file)) TRY(look_for_points(file));
+    TRY(name_scans());
+    for (const auto& [what, group] : groups_)
+      found_.notes.push_back(std::to_string(group.count) + (group.count == 1 ? " file " : " files ") + what +
+                             (group.count == 1 ? ": " : ", the first is ") + group.first);
+    return std::move(found_);
+  }
+
+ private:
+  struct Group {
+    std::size_t count = 0;
+    std::string first;
+  };
+
+  Result<std::shared_ptr<const ByteSource>> open(const std::string& file) const {
+    return store::open_file(archive_ + "/" + file, file);
+  }
+  void note(const std::string& what, const std::string& file) {
+    Group& group = groups_[what];
+    if (group.count++ == 0) group.first = file;
+  }
+
+  Result<void> look_for_description(const std::string& file) {
+    const std::string suffix = formats::suffix_of(file);
+    if (suffix == "conf") return look_at_conf(file);
+    if (suffix == "yaml" || suffix == "yml" || suffix == "json") return look_at_document(file);
+    return {};
+  }
+
+  Result<void> look_at_conf(const std::string& file) {
+    const auto source = open(file);
+    if (!source.ok()) return note("cannot be opened (" + source.error().message + ")", file), Result<void>{};
+    TRY_ASSIGN(const bool conf, formats::is_conf(**source));
+    if (!conf) return {};
+    ScanSpec scan;
+    scan.kind = ScanKind::Conf;
+    scan.description = file;
+    const auto views = formats::read_conf(**source);
+    if (!views.ok()) {
+      scan.broken = views.error().text();
+    } else {
+      for (const formats::ConfView& view : *views) {
+        ViewSpec& spec = scan.views.emplace_back();
+        spec.path = plain(folder_of(file) + view.file);
+        spec.pose = view.pose;
+        spec.pose_in_file_units = true;
+      }
+    }
+    claimed_.insert(file);
+    finish_described(std::move(scan));
+    return {};
+  }
+
+  /// Only documents that name our key are parsed: archives hold JSON of all kinds and sizes.
+  Result<void> look_at_document(const std::string& file) {
+    const auto source = open(file);
+    if (!source.ok()) return note("cannot be opened (" + source.error().message + ")", file), Result<void>{};
+    std::string start(std::min<std::uint64_t>((*source)->size(), kLook), '\0');
+    TRY_ASSIGN(const std::size_t got, (*source)->read_at(0, std::span<char>(start.data(), start.size())));
+    start.resize(got);
+    if (start.find("scanmill_plan") == std::string::npos || (*source)->size() > kMaxPlan) return {};
+    TRY_ASSIGN(const std::string text, read_all(**source, kMaxPlan));
+    const auto tree = document::parse_yaml(text, file);
+    if (tree.ok() && tree->find("scanmill_plan") == nullptr) return {};
+    const bool top_key = start.starts_with("scanmill_plan:") || start.find("\nscanmill_plan:") != std::string::npos ||
+                         formats::suffix_of(file) == "json";
+    if (!tree.ok() && !top_key) return {};
+    ScanSpec scan;
+    scan.kind = ScanKind::Plan;
+    scan.description = file;
+    const Result<plan::ScanPlan> plan = tree.ok() ? plan::plan_from(*tree, file) : Result<plan::ScanPlan>(tree.error());
+    if (plan.ok())
+      take_plan(*plan, scan);
+    else
+      scan.broken = plan.error().text();
+    if (!plan.ok() && tree.ok()) claim_files_of_broken_plan(*tree, file);
+    claimed_.insert(file);
+    finish_described(std::move(scan));
+    return {};
+  }
+
+  static void take_plan(const plan::ScanPlan& plan, ScanSpec& scan) {
+    scan.units_mm = plan.units_mm;
+    for (const plan::Station& station : plan.stations) {
+      if (station.data.empty()) {
+        scan.notes.push_back("station " + station.name + " names no data file and was passed over");
+        continue;
+      }
+      ViewSpec& view = scan.views.emplace_back();
+      view.path = plain(folder_of(scan.description) + station.data);
+      view.pose = station.pose;
+      view.expected_sha256 = station.sha256.value_or("");
+      if (plan.has_sensor && plan.sensor.perspective)
+        view.view_point.eye = Vec3{0, 0, 0};
+      else if (plan.has_sensor)
+        view.view_point.direction = Vec3{0, 0, -1};
+    }
+  }
+
+  /// Its views must not turn up as scans of their own because of a slip elsewhere in the plan.
+  void claim_files_of_broken_plan(const document::Node& tree, const std::string& file) {
+    const document::Node* stations = tree.find("stations");
+    if (stations == nullptr || !stations->is_sequence()) return;
+    for (const document::Node& station : stations->items())
+      if (const document::Node* data = station.find("data"); data != nullptr && data->is_string())
+        claimed_.insert(plain(folder_of(file) + data->as_string()));
+  }
+
+  void finish_described(ScanSpec scan) {
+    std::sort(scan.views.begin(), scan.views.end(),
+              [](const ViewSpec& a, const ViewSpec& b) { return a.path < b.path; });
+    std::size_t missing = 0;
+    for (ViewSpec& view : scan.views) {
+      claimed_.insert(view.path);
+      view.missing = !present_.contains(view.path);
+      missing += view.missing;
+      if (view.missing)
+        scan.notes.push_back("the file " + view.path + " named in " + scan.description + " is not there");
+    }
+    if (scan.broken.empty() && missing == scan.views.size())
+      scan.broken = scan.description + ": " +
+                    (missing == 0 ? "names no file of points"
+                                  : "none of the " + std::to_string(missing) + " files it names is there");
+    found_.scans.push_back(std::move(scan));
+  }
+
+  Result<void> look_for_points(const std::string& file) {
+    const std::string suffix = formats::suffix_of(file);
+    if (formats::is_unsupported_suffix(suffix)) {
+      // By name alone: opening thousands of files just to say no would not be cheap.
+      note("of the suffix ." + suffix + " not read by this version", file);
+      return {};
+    }
+    if (!formats::is_point_suffix(suffix)) return {};
+    ScanSpec scan;
+    ViewSpec& view = scan.views.emplace_back();
+    view.path = file;
+    const auto source = open(file);
+    const auto probe = source.ok() ? formats::probe(**source) : Result<formats::Probe>(source.error());
+    // A file that cannot be opened is a scan that fails when it is read; it must not vanish from the list.
+    if (probe.ok()) {
+      if (probe->kind == formats::FileKind::Unsupported)
+        return note("of the format " + probe->format + " not read by this version", file), Result<void>{};
+      if (probe->kind == formats::FileKind::Other)
+        return note("holding no lines of three numbers", file), Result<void>{};
+      if (probe->kind == formats::FileKind::PoseMatrices) return {};
+      if (probe->has_faces && !meshes_too_)
+        return note("with faces (set mesh_vertices_as_scan: true to take their vertices)", file), Result<void>{};
+    }
+    found_.scans.push_back(std::move(scan));
+    return {};
+  }
+
+  Result<void> name_scans() {
+    std::vector<std::string> paths;
+    for (const ScanSpec& scan : found_.scans)
+      paths.push_back(scan.description.empty() ? scan.views[0].path : scan.description);
+    TRY_ASSIGN(const std::vector<std::string> names, scan_names(paths));
+    for (std::size_t i = 0; i < names.size(); ++i) found_.scans[i].name = names[i];
+    std::sort(found_.scans.begin(), found_.scans.end(),
+              [](const ScanSpec& a, const ScanSpec& b) { return a.name < b.name; });
+    return {};
+  }
+
+  const std::string& archive_;
+  bool meshes_too_;
+  const std::vector<std::string>& files_;
+  std::set<std::string> present_;
+  std::set<std::string> claimed_;  // descriptions, and files that belong to them
+  std::map<std::string, Group> groups_;
+  Discovery found_;
+};
+
+}  // namespace
+
+Result<Discovery> discover(const std::string& archive, bool mesh_vertices_as_scan) {
+  TRY_ASSIGN(const std::vector<std::string> files, store::list_files(archive));
+  return Finder(archive, mesh_vertices_as_scan, files).run();
+}
+
+}  // namespace scanmill::pipeline

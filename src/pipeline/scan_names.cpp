@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipeline/scan_names.hpp"
+
+#include <map>
+#include <set>
+
+namespace scanmill::pipeline {
+namespace {
+
+std::string encoded(const std::string& path) {
+  static constexpr char kHex[] = "0123456789ABCDEF";
+  std::string out;
+  for (const char c : path) {
+    const auto byte = static_cast<unsigned char>(c);
+    const bool safe = (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '.' ||
+                      c == '_' || c == '/' || c == '-';
+    if (safe) {
+      out += c;
+    } else {
+      out += '%';
+      out += kHex[byte >> 4];
+      out += kHex[byte & 15];
+    }
+  }
+  return out;
+}
+
+std::string lower(std::string text) {
+  for (char& c : text)
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  return text;
+}
+
+std::string without_suffix(const std::string& path) {
+  const auto slash = path.rfind('/');
+  const auto dot = path.rfind('.');
+  const std::size_t begin = slash == std::string::npos ? 0 : slash + 1;
+  return dot == std::string::npos || dot <= begin ? path : path.substr(0, dot);
+}
+
+}  // namespace
+
+Result<std::vector<std::string>> scan_names(const std::vector<std::string>& paths) {
+  std::vector<std::string> names;
+  std::set<std::string> folders;
+  for (const std::string& path : paths) {
+    names.push_back(encoded(without_suffix(path)));
+    for (auto slash = path.find('/'); slash != std::string::npos; slash = path.find('/', slash + 1))
+      folders.insert(lower(encoded(path.substr(0, slash))));
+  }
+  // "a.ply" may meet "a.ply.xyz" once it keeps its suffix, so this goes on until no two meet; full paths never do.
+  for (bool changed = true; changed;) {
+    changed = false;
+    std::map<std::string, int> uses;
+    for (const std::string& name : names) ++uses[name];
+    for (std::size_t i = 0; i < names.size(); ++i) {
+      if ((uses[names[i]] == 1 && !folders.contains(lower(names[i]))) || names[i] == encoded(paths[i])) continue;
+      names[i] = encoded(paths[i]);
+      changed = true;
+    }
+  }
+  std::map<std::string, std::size_t> seen;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const auto [at, fresh] = seen.emplace(lower(names[i]), i);
+    if (!fresh)
+      return fail(Code::BadInput,
+                  "the scans " + paths[at->second] + " and " + paths[i] +
+                      " have names that differ by letter case only; rename one (their results would overwrite "
+                      "each other on file systems that ignore case)");
+  }
+  return names;
+}
+
+}  // namespace scanmill::pipeline

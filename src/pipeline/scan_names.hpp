@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: Apache-2.0
+// Names of scans from the paths of the files that make them.
+#pragma once
+#include <string>
+#include <vector>
+
+#include "base/result.hpp"
+
+namespace scanmill::pipeline {
+
+/// One name per path, in the same order: the path without suffix; with it where two paths of one folder share the rest,
+/// or where the rest is also the folder of another path. Bytes outside [A-Za-z0-9._/-] become %XX. errors  BadInput
+/// naming two paths whose names differ by letter case only
+Result<std::vector<std::string>> scan_names(const std::vector<std::string>& paths);
+
+}  // namespace scanmill::pipeline

@@ -1,0 +1,207 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipeline/scan_points.hpp"
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cmath>
+
+#include "base/digest.hpp"
+#include "base/text.hpp"
+
+namespace scanmill::pipeline {
+namespace {
+
+/// Counters of one block; threads may read the same block at once, all of them store the same numbers.
+struct BlockCounts {
+  std::atomic<std::uint64_t> points_read{0}, not_finite{0}, sensor_invalid{0};
+};
+
+ViewPoint to_global(const ViewPoint& view_point, const Pose& pose) {
+  ViewPoint out;
+  if (view_point.eye) out.eye = pose.apply(*view_point.eye);
+  if (view_point.direction) out.direction = pose.turn(*view_point.direction);
+  return out;
+}
+
+}  // namespace
+
+struct ScanPoints::Impl {
+  struct Source {
+    std::shared_ptr<const ByteSource> file;
+    std::unique_ptr<formats::ViewReader> reader;
+    std::string full_path, expected_sha256;
+    std::size_t first_block = 0;
+    bool is_identity = false;
+  };
+  double units = 1;
+  std::vector<OpenView> views;
+  std::vector<Source> sources;  // one per view
+  std::size_t blocks = 0;
+  std::uint64_t expected = 0;
+  std::unique_ptr<BlockCounts[]> counts;
+
+  Result<void> add(const std::string& archive, const ViewSpec& spec, std::size_t number) {
+    Source source;
+    source.full_path = archive + "/" + spec.path;
+    source.expected_sha256 = spec.expected_sha256;
+    OpenView view;
+    view.id = ViewId{static_cast<std::uint32_t>(number)};
+    view.path = spec.path;
+    // The stamp is taken first: a change between the two calls shows as a difference later, never as a match.
+    const auto stamp = store::stamp_of(source.full_path);
+    if (stamp.ok()) view.stamp = *stamp;
+    TRY_ASSIGN(source.file, store::open_file(source.full_path, spec.path));
+    TRY_ASSIGN(source.reader, formats::open_view(source.file));
+    view.header = source.reader->header();
+    view.pose = spec.pose;
+    if (spec.pose_in_file_units) view.pose.translation = view.pose.translation * units;
+    view.view_point = to_global(spec.view_point, view.pose);
+    source.is_identity = view.pose == Pose{};
+    source.first_block = blocks;
+    blocks += source.reader->block_count();
+    expected += view.header.rows;
+    views.push_back(std::move(view));
+    sources.push_back(std::move(source));
+    return {};
+  }
+};
+
+ScanPoints::ScanPoints(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+ScanPoints::~ScanPoints() = default;
+
+Result<std::unique_ptr<ScanPoints>> ScanPoints::open(const std::string& archive, const ScanSpec& scan,
+                                                     double units_mm) {
+  if (!scan.broken.empty()) return fail(Code::BadInput, scan.broken);
+  auto impl = std::make_unique<Impl>();
+  impl->units = scan.units_mm > 0 ? scan.units_mm : units_mm;
+  for (std::size_t i = 0; i < scan.views.size(); ++i)
+    if (!scan.views[i].missing) TRY(impl->add(archive, scan.views[i], i));
+  if (impl->expected == 0) {
+    const std::string place = impl->views.size() == 1 ? impl->views[0].path : scan.name;
+    return fail(Code::BadInput, "the scan holds no points (0 rows); wanted at least one view with points", place);
+  }
+  impl->counts = std::make_unique<BlockCounts[]>(impl->blocks);
+  return std::unique_ptr<ScanPoints>(new ScanPoints(std::move(impl)));
+}
+
+std::size_t ScanPoints::block_count() const { return impl_->blocks; }
+std::uint64_t ScanPoints::expected_points() const { return impl_->expected; }
+const std::vector<OpenView>& ScanPoints::views() const { return impl_->views; }
+double ScanPoints::units_mm() const { return impl_->units; }
+
+Result<void> ScanPoints::read_block(std::size_t number, PointBlock& out) const {
+  const auto behind =
+      std::upper_bound(impl_->sources.begin(), impl_->sources.end(), number,
+                       [](std::size_t n, const Impl::Source& source) { return n < source.first_block; });
+  const auto at = static_cast<std::size_t>(behind - impl_->sources.begin()) - 1;
+  const Impl::Source& source = impl_->sources[at];
+  const OpenView& view = impl_->views[at];
+  TRY(source.reader->read_block(number - source.first_block, out));
+  out.view = view.id;
+  out.view_point = view.view_point;
+  const double units = impl_->units;
+  if (!source.is_identity)
+    for (Vec3& p : out.positions) p = view.pose.apply(p * units);
+  else if (units != 1)
+    for (Vec3& p : out.positions) p = p * units;
+  BlockCounts& counts = impl_->counts[number];
+  counts.points_read.store(out.points_read, std::memory_order_relaxed);
+  counts.not_finite.store(out.not_finite, std::memory_order_relaxed);
+  counts.sensor_invalid.store(out.sensor_invalid, std::memory_order_relaxed);
+  return {};
+}
+
+std::vector<ViewCounts> ScanPoints::counts() const {
+  std::vector<ViewCounts> sums(impl_->views.size());
+  for (std::size_t i = 0; i < sums.size(); ++i) {
+    const std::size_t end = i + 1 < sums.size() ? impl_->sources[i + 1].first_block : impl_->blocks;
+    for (std::size_t block = impl_->sources[i].first_block; block < end; ++block) {
+      sums[i].points_read += impl_->counts[block].points_read.load(std::memory_order_relaxed);
+      sums[i].not_finite += impl_->counts[block].not_finite.load(std::memory_order_relaxed);
+      sums[i].sensor_invalid += impl_->counts[block].sensor_invalid.load(std::memory_order_relaxed);
+    }
+  }
+  return sums;
+}
+
+Result<std::vector<std::string>> ScanPoints::digests(const Context& context) const {
+  std::vector<Result<std::string>> results(impl_->sources.size(), Result<std::string>(std::string()));
+  context.loop.run(impl_->sources.size(), [&](std::size_t i, int) {
+    if (!context.cancel.is_set()) results[i] = sha256_of(*impl_->sources[i].file);
+  });
+  if (context.cancel.is_set()) return fail(Code::Cancelled, "stopped while input files were hashed");
+  std::vector<std::string> digests;
+  for (std::size_t i = 0; i < results.size(); ++i) {
+    TRY_ASSIGN(std::string digest, std::move(results[i]));
+    const std::string& expected = impl_->sources[i].expected_sha256;
+    if (!expected.empty() && expected != digest)
+      return fail(Code::BadInput,
+                  "the file has SHA-256 " + digest + ", its plan names " + expected + "; it was changed or exchanged",
+                  impl_->views[i].path);
+    digests.push_back(std::move(digest));
+  }
+  return digests;
+}
+
+Result<void> ScanPoints::verify_unchanged() const {
+  for (std::size_t i = 0; i < impl_->sources.size(); ++i) {
+    const auto now = store::stamp_of(impl_->sources[i].full_path);
+    if (!now.ok() || *now != impl_->views[i].stamp)
+      return fail(Code::BadInput, "the file changed while it was read; let it be written to its end and run again",
+                  impl_->views[i].path);
+  }
+  return {};
+}
+
+namespace {
+
+struct Unit {
+  const char* word;
+  const char* plural;
+  double mm;
+};
+constexpr Unit kUnits[] = {{"mm", "millimetres", 1},
+                           {"m", "metres", 1000},
+                           {"cm", "centimetres", 10},
+                           {"in", "inches", 25.4},
+                           {"um", "micrometres", 0.001}};
+
+std::string rounded(double value) {
+  double step = 1;  // two digits are enough to recognise a size
+  while (value >= 100 * step) step *= 10;
+  while (value > 0 && value < 10 * step && step > 1e-12) step /= 10;
+  return number_text(step < 1 ? std::floor(value / step + 0.5) / std::floor(1 / step + 0.5)
+                              : std::floor(value / step + 0.5) * step);
+}
+
+}  // namespace
+
+std::string implausible_size(const Bounds& bounds, double units_mm, double bin_mm) {
+  if (bounds.empty()) return {};
+  const Vec3 size = bounds.size();
+  const double largest = std::max({size.x, size.y, size.z});
+  const bool few_bins = bin_mm > 0 && largest < 4 * bin_mm;
+  const bool below_1_mm = units_mm == 1 && largest < 1;
+  const bool tiny = few_bins || below_1_mm;
+  const bool huge = units_mm >= 1000 && largest > 1e5;
+  if (!tiny && !huge) return {};
+  const std::string text = std::string("size ")
+                               .append(rounded(size.x))
+                               .append(" x ")
+                               .append(rounded(size.y))
+                               .append(" x ")
+                               .append(rounded(size.z));
+  std::string sentence =
+      text + " mm cannot be" + (few_bins && !below_1_mm ? " with bins of " + number_text(bin_mm) + " mm" : "");
+  // The first unit that makes an object of 20 bins and 5 mm to 5 m out of the same numbers.
+  for (const Unit& unit : kUnits) {
+    const double guess = largest / units_mm * unit.mm;
+    if (unit.mm == units_mm || guess < std::max(5.0, 20 * bin_mm) || guess > 5000) continue;
+    return sentence.append("; the numbers look like ").append(unit.plural).append(": set units: ").append(unit.word) +
+           (few_bins && !below_1_mm ? " (or choose a smaller lattice.bin_mm)" : "");
+  }
+  return sentence + "; check units and lattice.bin_mm";
+}
+
+}  // namespace scanmill::pipeline

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+// The points of one scan as a stream in the global frame, mm: units, poses and view directions applied.
+#pragma once
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "base/context.hpp"
+#include "cloud/cloud.hpp"
+#include "formats/view_reader.hpp"
+#include "pipeline/discovery.hpp"
+#include "store/files.hpp"
+
+namespace scanmill::pipeline {
+
+/// A view that is there, opened.
+struct OpenView {
+  ViewId id{};       // its position in ScanSpec.views, missing ones counted
+  std::string path;  // relative to the archive
+  formats::ViewHeader header;
+  Pose pose;               // view frame in mm to global frame
+  ViewPoint view_point;    // global frame
+  store::FileStamp stamp;  // when it was opened
+};
+
+struct ViewCounts {
+  std::uint64_t points_read = 0;
+  std::uint64_t not_finite = 0;
+  std::uint64_t sensor_invalid = 0;
+  std::uint64_t kept() const { return points_read - not_finite - sensor_invalid; }
+};
+
+class ScanPoints final : public PointSource {
+ public:
+  /// Opens all views that are there; nothing but headers and line indices stays in memory. `units_mm` is the job's,
+  /// used unless the scan says itself. errors  BadInput or Unsupported from the files; BadInput when the scan is broken
+  /// or holds no point
+  static Result<std::unique_ptr<ScanPoints>> open(const std::string& archive, const ScanSpec& scan, double units_mm);
+  ~ScanPoints() override;
+
+  std::size_t block_count() const override;
+  /// View by view in id order, each in file order.
+  Result<void> read_block(std::size_t number, PointBlock& out) const override;
+  std::uint64_t expected_points() const override;
+
+  const std::vector<OpenView>& views() const;
+  double units_mm() const;
+  /// Sums over the blocks read so far, one per view of views(). Complete once every block was read; reading a block
+  /// again changes nothing.
+  std::vector<ViewCounts> counts() const;
+  /// SHA-256 of each view's file, hex, one per view of views(); files are read one per chunk of the loop.
+  /// errors  BadInput when a file is not the one its plan names; Cancelled
+  Result<std::vector<std::string>> digests(const Context& context) const;
+  /// errors  BadInput naming the file whose size, time or inode is not that of the moment it was opened
+  Result<void> verify_unchanged() const;
+
+ private:
+  struct Impl;
+  explicit ScanPoints(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
+};
+
+/// Whether a cloud of these bounds (mm) can be meant: empty when it can, else a sentence with the likely unit.
+/// units_mm  of the files the bounds were read from
+/// bin_mm    0 when the job does not give it
+std::string implausible_size(const Bounds& bounds, double units_mm, double bin_mm);
+
+}  // namespace scanmill::pipeline

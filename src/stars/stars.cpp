@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+// The paper grows patches by joining the next nearest point to a front; taken literally that leaves hundreds of open and
+// non-manifold edges. Its first optimisation pass drives any start mesh towards the local Delaunay triangulation, so we
+// compute that fixed point directly, point by point, and complete the few places where neighbours disagree.
+#include "stars/stars.hpp"
+
+#include <algorithm>
+
+#include "stars/complete.hpp"
+
+namespace scanmill::stars {
+
+Result<Surface> mesh_points(const SurfacePoints& points, const Params& params, const Context& context) {
+  if (!(params.range_bins > 0 && params.range_bins <= 2.5) || !(params.min_angle_deg >= 0 && params.min_angle_deg <= 45))
+    return fail(Code::BadParameter, "range_bins must be in (0, 2.5] and min_angle_deg in [0, 45]");
+  Surface surface;
+  Report& report = surface.report;
+  for (const std::uint8_t kept : points.kept) report.kept += kept != 0;
+  Vote vote;
+  {
+    const std::vector<Star> stars = stars_of(points, params, report.refused, context);
+    if (context.cancel.is_set()) return fail(Code::Cancelled, "stopped on request");
+    vote = count_votes(points, stars, cos_of_degrees(params.min_angle_deg), report.refused, context);
+  }
+  if (context.cancel.is_set()) return fail(Code::Cancelled, "stopped on request");
+  Site site(points, params, std::move(vote.normal));
+  for (const Triangle& t : vote.confirmed) {
+    if (site.complex.edges_free(t)) site.complex.add(t, 3);
+    else vote.candidates.insert(vote.candidates.begin(), {t, 3, 0});
+  }
+  report.confirmed = site.complex.triangle_count();
+  report.candidates = vote.candidates.size();
+  complete(site, vote.candidates, report, context);
+  if (context.cancel.is_set()) return fail(Code::Cancelled, "stopped on request");
+  report.open_edges = static_cast<std::uint64_t>(site.complex.open_edges());
+  report.unused_points = static_cast<std::uint64_t>(site.complex.unused());
+  for (std::uint32_t t = 0; t < site.complex.triangle_count(); ++t)
+    if (site.complex.alive(t)) surface.triangles.push_back(site.complex.triangle(t));
+  std::sort(surface.triangles.begin(), surface.triangles.end());
+  surface.normal = std::move(site.normal);
+  surface.sign_known = std::move(vote.sign_known);
+  return surface;
+}
+
+}  // namespace scanmill::stars

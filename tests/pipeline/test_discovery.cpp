@@ -1,0 +1,174 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include "pipeline/discovery.hpp"
+#include "pipeline/scan_names.hpp"
+#include "support/temp_folder.hpp"
+
+namespace scanmill::pipeline {
+namespace {
+
+using support::TempFolder;
+using Names = std::vector<std::string>;
+
+const std::string kPly =
+    "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\nend_header\n1 2 "
+    "3\n";
+const std::string kMesh =
+    "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\nelement face 1\n"
+    "property list uchar int v\nend_header\n1 2 3\n3 0 0 0\n";
+const std::string kPlan = "scanmill_plan: 1\nunits: cm\nsensor: {perspective: false}\nstations:\n";
+
+Names names_of(const Result<Discovery>& found) {
+  Names names;
+  if (found.ok())
+    for (const ScanSpec& scan : found->scans) names.push_back(scan.name);
+  else
+    names.push_back(found.error().text());
+  return names;
+}
+
+const ScanSpec& scan_of(const Discovery& found, const std::string& name) {
+  for (const ScanSpec& scan : found.scans)
+    if (scan.name == name) return scan;
+  static const ScanSpec none;
+  ADD_FAILURE() << "no scan " << name;
+  return none;
+}
+
+bool has_note(const std::vector<std::string>& notes, const std::string& part) {
+  for (const std::string& note : notes)
+    if (note.find(part) != std::string::npos) return true;
+  return false;
+}
+
+TEST(Discover, TakesPointFilesAndNothingElse) {
+  const TempFolder folder;
+  folder.write("b/part.ply", kPly);
+  folder.write("a.xyz", "1 2 3\n");
+  folder.write("table.csv", "x,y,z\n1,2,3\n");
+  folder.write("empty.ply", "");
+  folder.write("cut.ply", "ply\nformat asc");
+  folder.write("mesh.ply", kMesh);
+  folder.write("README.txt", "Scans of a part.\n");
+  folder.write("README.md", "1 2 3\n");
+  folder.write("photo.png", "\x89PNG");
+  folder.write("poses.txt", "1 0 0 5\n0 1 0 6\n0 0 1 7\n0 0 0 1\n");
+  folder.write("trajectory.log", "0 0 1\n1 0 0 5\n0 1 0 6\n0 0 1 7\n0 0 0 1\n");
+  folder.write("old.ply~", kPly);
+  folder.write(".hidden.ply", kPly);
+  folder.write("job.yaml", "scanmill: 1\narchive: .\n# not a scanmill_plan\n");
+  folder.write("other.json", "{\"scanmill_planner\": 1}");
+  folder.write("x.pcd", "VERSION .7\n");
+  folder.write("y.pcd", "VERSION .7\n");
+  folder.write("lies.ply", "LASF");
+  const auto found = discover(folder.path(), false);
+  EXPECT_EQ(names_of(found), (Names{"a", "b/part", "cut", "empty", "table"}));
+  ASSERT_TRUE(found.ok());
+  EXPECT_TRUE(has_note(found->notes, "2 files of the suffix .pcd not read by this version, the first is x.pcd"));
+  EXPECT_TRUE(has_note(found->notes, "1 file of the format LAS/LAZ not read by this version: lies.ply"));
+  EXPECT_TRUE(has_note(found->notes, "mesh.ply"));
+  EXPECT_TRUE(scan_of(*found, "cut").broken.empty());
+  EXPECT_EQ(scan_of(*found, "b/part").views[0].path, "b/part.ply");
+  EXPECT_EQ(names_of(discover(folder.path(), true)), (Names{"a", "b/part", "cut", "empty", "mesh", "table"}));
+}
+
+TEST(Discover, SaysWhenTheArchiveIsNotThere) {
+  const auto found = discover("/no/such/archive", false);
+  ASSERT_FALSE(found.ok());
+  EXPECT_EQ(found.error().text(), "/no/such/archive: there is no such folder; check the path");
+}
+
+TEST(Discover, GivesFilesOfAPlanToIt) {
+  const TempFolder folder;
+  folder.write("part/plan.yaml",
+               kPlan +
+                   "  - {name: b, pose: {eye: [0,0,10], target: [0,0,0]}, data: ./views//b.ply}\n"
+                   "  - {name: a, pose: {eye: [0,0,10], target: [0,0,0]}, data: views/a.ply, sha256: " +
+                   std::string(64, 'A') +
+                   "}\n  - {name: c, pose: {eye: [0,0,1], target: [0,0,0]}, data: none.ply}\n"
+                   "  - {name: d, pose: {eye: [0,0,1], target: [0,0,0]}}\n");
+  for (const char* file : {"part/views/a.ply", "part/views/b.ply", "part/views/c.ply"}) folder.write(file, kMesh);
+  folder.write("part/extra.ply", kPly);
+  const auto found = discover(folder.path(), false);
+  EXPECT_EQ(names_of(found), (Names{"part/extra", "part/plan"}));
+  const ScanSpec& scan = scan_of(*found, "part/plan");
+  EXPECT_EQ(scan.kind, ScanKind::Plan);
+  EXPECT_EQ(scan.units_mm, 10);
+  ASSERT_EQ(scan.views.size(), 3u);
+  EXPECT_EQ(scan.views[0].path, "part/none.ply");
+  EXPECT_TRUE(scan.views[0].missing);
+  EXPECT_EQ(scan.views[1].path, "part/views/a.ply");
+  EXPECT_EQ(scan.views[1].expected_sha256, std::string(64, 'a'));
+  EXPECT_EQ(scan.views[2].path, "part/views/b.ply");
+  EXPECT_EQ(*scan.views[2].view_point.direction, (Vec3{0, 0, -1}));
+  EXPECT_FALSE(scan.views[2].view_point.eye.has_value());
+  EXPECT_TRUE(has_note(scan.notes, "part/none.ply"));
+  EXPECT_TRUE(has_note(scan.notes, "station d"));
+  EXPECT_TRUE(scan.broken.empty());
+}
+
+TEST(Discover, KeepsABrokenPlanAsABrokenScanWithItsFiles) {
+  const TempFolder folder;
+  folder.write("bad.yaml", kPlan + "  - {name: a, pose: {}, data: a.ply}\n");
+  folder.write("torn.yaml", "scanmill_plan: 1\nstations: [\n");
+  folder.write("a.ply", kPly);
+  folder.write("outside.yaml", kPlan + "  - {name: a, pose: {eye: [0,0,10], target: [0,0,0]}, data: ../a.ply}\n");
+  const auto found = discover(folder.path(), false);
+  EXPECT_EQ(names_of(found), (Names{"bad", "outside", "torn"}));
+  EXPECT_NE(scan_of(*found, "bad").broken.find("bad.yaml:5:"), std::string::npos) << scan_of(*found, "bad").broken;
+  EXPECT_NE(scan_of(*found, "torn").broken.find("torn.yaml:"), std::string::npos);
+  EXPECT_NE(scan_of(*found, "outside").broken.find("inside the folder"), std::string::npos);
+}
+
+TEST(Discover, TakesAConfWithItsViews) {
+  const TempFolder folder;
+  folder.write("bunny/bun.conf",
+               "camera 1 2 3\nbmesh z.ply 0 0 0 0 0 0 1\nbmesh b.ply 1 0 0 0 0 0 1\nbmesh gone.ply 0 0 0 0 0 0 1\n");
+  folder.write("bunny/z.ply", kMesh);
+  folder.write("bunny/b.ply", kPly);
+  folder.write("bunny/zipper.ply", kMesh);
+  folder.write("none/all.conf", "bmesh x.ply 0 0 0 0 0 0 1\n");
+  folder.write("wrong/w.conf", "bmesh x.ply 0 0\n");
+  folder.write("etc/server.conf", "listen 80;\n");
+  const auto found = discover(folder.path(), false);
+  EXPECT_EQ(names_of(found), (Names{"bunny/bun", "none/all", "wrong/w"}));
+  const ScanSpec& scan = scan_of(*found, "bunny/bun");
+  EXPECT_EQ(scan.kind, ScanKind::Conf);
+  ASSERT_EQ(scan.views.size(), 3u);
+  EXPECT_EQ(scan.views[0].path, "bunny/b.ply");
+  EXPECT_EQ(scan.views[0].pose.translation, (Vec3{1, 0, 0}));
+  EXPECT_TRUE(scan.views[0].pose_in_file_units);
+  EXPECT_TRUE(scan.views[1].missing);
+  EXPECT_TRUE(scan.broken.empty());
+  EXPECT_NE(scan_of(*found, "none/all").broken.find("none of the 1 files"), std::string::npos);
+  EXPECT_NE(scan_of(*found, "wrong/w").broken.find("wrong/w.conf:1"), std::string::npos);
+}
+
+TEST(Discover, FindsOneScanInTheBunnyFolder) {
+  const std::string data = support::data_folder();
+  if (data.empty()) GTEST_SKIP() << "no development data";
+  const auto found = discover(data + "/range-views/bunny", false);
+  EXPECT_EQ(names_of(found), (Names{"bun"}));
+  EXPECT_EQ(found->scans[0].views.size(), 10u);
+  EXPECT_TRUE(found->scans[0].notes.empty());
+  EXPECT_EQ(names_of(discover(data + "/range-views", false)),
+            (Names{"bunny/bun", "pair-small-gicp/source", "pair-small-gicp/target"}));
+}
+
+TEST(ScanNames, KeepSuffixesWhereTheRestIsNotEnough) {
+  EXPECT_EQ(*scan_names({"a.ply", "a.xyz", "b/a.ply", "a b.ply", "c", "d.tar.ply"}),
+            (Names{"a.ply", "a.xyz", "b/a", "a%20b", "c", "d.tar"}));
+  EXPECT_EQ(*scan_names({"a.ply", "a.xyz", "a.ply.xyz"}), (Names{"a.ply", "a.xyz", "a.ply.xyz"}));
+  EXPECT_EQ(*scan_names({"a.ply", "a/b.ply"}), (Names{"a.ply", "a/b"}));
+  EXPECT_EQ(*scan_names({"\xc3\xa4%.ply"}), (Names{"%C3%A4%25"}));
+}
+
+TEST(ScanNames, RefuseNamesThatDifferByLetterCaseOnly) {
+  const auto names = scan_names({"Part.ply", "part.xyz"});
+  ASSERT_FALSE(names.ok());
+  EXPECT_NE(names.error().message.find("Part.ply and part.xyz"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace scanmill::pipeline
