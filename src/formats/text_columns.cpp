@@ -226,25 +226,33 @@ Result<TextStart> judge_start(std::string_view text, bool complete, const std::s
               "found " + quoted(first_words) + " and no line with three numbers; this is no file of points", name);
 }
 
-bool read_plain(const char* p, const char* end, Vec3& position) {
+const char* read_plain(const char* p, const char* end, Vec3& position) {
   double* const out[] = {&position.x, &position.y, &position.z};
   for (int axis = 0; axis < 3; ++axis) {
     while (p != end && is_blank(*p)) ++p;
-    if (p == end) return false;
+    if (p == end) return nullptr;
     p = parse_decimal(p, end, *out[axis]);
-    if (p == nullptr) return false;
-    if (p == end) return axis == 2;
-    if (!is_blank(*p) && !is_separator(*p)) return axis == 2 && *p == '\r';
+    if (p == nullptr) return nullptr;
+    if (axis == 2) return p == end || is_blank(*p) || is_separator(*p) || *p == '\r' || *p == '\n' ? p : nullptr;
+    if (p == end || (!is_blank(*p) && !is_separator(*p))) return nullptr;
     while (p != end && is_blank(*p)) ++p;
     if (p != end && is_separator(*p)) ++p;
   }
-  return true;
+  return nullptr;
+}
+
+bool has_carriage_return_inside(std::string_view line) {
+  const auto at = line.find('\r');
+  return at != std::string_view::npos && line.find_first_not_of('\r', at) != std::string_view::npos;
 }
 
 Result<Vec3> read_columns(std::string_view line, const TextColumns& columns, const std::string& name,
                           std::uint64_t number) {
+  if (has_carriage_return_inside(line))
+    return fail(Code::BadInput,
+                "found a carriage return in the middle of the line; convert the file to usual line ends",
+                line_place(name, number));
   Vec3 position;
-  if (columns.plain && read_plain(line.data(), line.data() + line.size(), position)) return position;
   const auto words = columns_of(line);
   double* const out[] = {&position.x, &position.y, &position.z};
   for (std::size_t axis = 0; axis < 3; ++axis) {

@@ -45,7 +45,11 @@ Result<TextStart> judge_start(std::string_view text, bool complete, const std::s
 Result<Vec3> read_columns(std::string_view line, const TextColumns& columns, const std::string& name,
                           std::uint64_t number);
 
-/// The common case of read_columns: x, y, z first. False where that one must look.
-bool read_plain(const char* p, const char* end, Vec3& position);
+/// The common case, x, y, z first, at `p`: the first byte behind z (a blank, a separator, a line end or `end`), or
+/// nullptr where read_columns must look. Never passes over a line end.
+const char* read_plain(const char* p, const char* end, Vec3& position);
+
+/// A carriage return that is not at the end: one line to us, several to whoever wrote it.
+bool has_carriage_return_inside(std::string_view line);
 
 }  // namespace scanmill::formats

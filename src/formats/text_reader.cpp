@@ -20,10 +20,9 @@ struct Run {
   std::uint64_t rows = 0;    // data lines in it
 };
 
-/// Such a line would be one point to us and several to whoever wrote it.
-bool has_carriage_return_inside(std::string_view line) {
-  const auto at = line.find('\r');
-  return at != std::string_view::npos && line.find_first_not_of('\r', at) != std::string_view::npos;
+/// Most lines begin with a number; only the others need a look.
+bool is_data_line(std::string_view line) {
+  return (!line.empty() && ((line[0] >= '0' && line[0] <= '9') || line[0] == '-')) || !is_comment_or_blank(line);
 }
 
 /// One pass over the lines behind the header.
@@ -37,15 +36,16 @@ Result<std::vector<Run>> index_lines(const ByteSource& source, std::uint64_t off
       return fail(Code::BadInput, "the line is longer than 1 MiB; this is no text file of points",
                   line_place(source.name(), line));
     if (at - runs.back().offset >= kChunk) runs.push_back({at, line, 0});
-    if (!is_comment_or_blank(text)) ++runs.back().rows;
-    if (has_carriage_return_inside(text))
-      return fail(Code::BadInput,
-                  "found a carriage return in the middle of the line; convert the file to usual line ends",
-                  line_place(source.name(), line));
+    if (is_data_line(text)) ++runs.back().rows;
     ++line;
   }
   runs.push_back({source.size(), line, 0});
   return runs;
+}
+
+const char* find_line_end(const char* p, const char* end) {
+  const void* found = p == end ? nullptr : std::memchr(p, '\n', static_cast<std::size_t>(end - p));
+  return found != nullptr ? static_cast<const char*>(found) : end;
 }
 
 class TextReader final : public ViewReader {
@@ -73,13 +73,15 @@ class TextReader final : public ViewReader {
     std::uint64_t line_number = run.line;
     const char* const end = bytes.data() + bytes.size();
     for (const char* p = bytes.data(); p != end; ++line_number) {
-      const auto* stop = static_cast<const char*>(std::memchr(p, '\n', static_cast<std::size_t>(end - p)));
-      if (stop == nullptr) stop = end;
+      Vec3 position;
+      const char* rest = columns_.plain ? read_plain(p, end, position) : nullptr;
+      const char* from = rest != nullptr ? rest : p;
+      const char* const stop = from != end && *from == '\n' ? from : find_line_end(from, end);
       const std::string_view line(p, static_cast<std::size_t>(stop - p));
       p = stop == end ? end : stop + 1;
-      Vec3 position;
-      if (!(columns_.plain && read_plain(line.data(), stop, position))) {
-        if (is_comment_or_blank(line)) continue;
+      if (rest == nullptr && is_comment_or_blank(line) && !has_carriage_return_inside(line)) continue;
+      const bool odd = rest == nullptr || has_carriage_return_inside({rest, static_cast<std::size_t>(stop - rest)});
+      if (odd) {
         TRY_ASSIGN(position, read_columns(line, columns_, source_->name(), line_number));
       }
       if (out.points_read == run.rows)

@@ -65,6 +65,12 @@ class Finder {
     if (group.count++ == 0) group.first = file;
   }
 
+  /// One file that cannot be read does not hide the others.
+  Result<void> note_unreadable(const Error& error, const std::string& file) {
+    note("that may describe a scan not readable (" + error.message + ")", file);
+    return {};
+  }
+
   Result<void> look_for_description(const std::string& file) {
     const std::string suffix = formats::suffix_of(file);
     if (suffix == "conf") return look_at_conf(file);
@@ -74,9 +80,10 @@ class Finder {
 
   Result<void> look_at_conf(const std::string& file) {
     const auto source = open(file);
-    if (!source.ok()) return note("cannot be opened (" + source.error().message + ")", file), Result<void>{};
-    TRY_ASSIGN(const bool conf, formats::is_conf(**source));
-    if (!conf) return {};
+    if (!source.ok()) return note_unreadable(source.error(), file);
+    const auto conf = formats::is_conf(**source);
+    if (!conf.ok()) return note_unreadable(conf.error(), file);
+    if (!*conf) return {};
     ScanSpec scan;
     scan.kind = ScanKind::Conf;
     scan.description = file;
@@ -99,13 +106,15 @@ class Finder {
   /// Only documents that name our key are parsed: archives hold JSON of all kinds and sizes.
   Result<void> look_at_document(const std::string& file) {
     const auto source = open(file);
-    if (!source.ok()) return note("cannot be opened (" + source.error().message + ")", file), Result<void>{};
+    if (!source.ok()) return note_unreadable(source.error(), file);
     std::string start(std::min<std::uint64_t>((*source)->size(), kLook), '\0');
-    TRY_ASSIGN(const std::size_t got, (*source)->read_at(0, std::span<char>(start.data(), start.size())));
-    start.resize(got);
+    const auto got = (*source)->read_at(0, std::span<char>(start.data(), start.size()));
+    if (!got.ok()) return note_unreadable(got.error(), file);
+    start.resize(*got);
     if (start.find("scanmill_plan") == std::string::npos || (*source)->size() > kMaxPlan) return {};
-    TRY_ASSIGN(const std::string text, read_all(**source, kMaxPlan));
-    const auto tree = document::parse_yaml(text, file);
+    const auto text = read_all(**source, kMaxPlan);
+    if (!text.ok()) return note_unreadable(text.error(), file);
+    const auto tree = document::parse_yaml(*text, file);
     if (tree.ok() && tree->find("scanmill_plan") == nullptr) return {};
     const bool top_key = start.starts_with("scanmill_plan:") || start.find("\nscanmill_plan:") != std::string::npos ||
                          formats::suffix_of(file) == "json";

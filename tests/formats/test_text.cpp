@@ -111,6 +111,8 @@ TEST(ReadText, NamesTheLineThatIsWrong) {
   expect_failure("", "empty");
   expect_failure("1 2 3\r4 5 6\r", "carriage return");
   expect_failure("1 2 3\n1 2 3\r4 5 6\n", "a.xyz:2: found a carriage return");
+  expect_failure("1 2 3\n# c\r1 2 3\n", "a.xyz:2: found a carriage return");
+  expect_failure("1 2 3\n1 2 3 x\ry\n", "a.xyz:2: found a carriage return");
   expect_failure(std::string("1 2 3\n") + std::string(3 << 20, 'a'), "longer than 1 MiB");
   expect_failure(std::string(3 << 20, '1'), "no line with three numbers");
   expect_failure(
