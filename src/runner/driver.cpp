@@ -107,6 +107,8 @@ class Driver {
                     code == kExitScans ? kExitUsage : code);  // the archive as a whole, no single scan
     }
     selection_ = *std::move(selection);
+    report_.notes = selection_.notes;
+    for (const std::string& note : report_.notes) console_.note("", note);
     for (const SelectedScan& scan : selection_.scans) {
       ScanEntry entry;
       entry.name = scan.task.name;
@@ -324,6 +326,8 @@ class Driver {
       console_.result(
           entry.name + ": " + verb + ": " + (entry.fate == ScanFate::Quarantined ? "quarantined" : why_text), explain);
     }
+    if (entry.fate != ScanFate::Unchanged)
+      for (const std::string& note : entry.notes) console_.note(entry.name, note);
     if (entry.fate == ScanFate::Done || entry.fate == ScanFate::Unchanged) {
       std::string line = entry.name + ": " + name_of(entry.fate);
       for (const std::string& file : entry.files) line += " | " + tree_.root() + "/" + file;

@@ -48,16 +48,18 @@ class FakeWork final : public Work {
     if (!what.find("lattice")) return fail(Code::BadParameter, name + ":1:1: lattice: found no bin size");
     return what;
   }
-  Result<std::vector<ScanTask>> discover(const std::string& archive, const document::Node&) override {
+  Result<Archive> discover(const std::string& archive, const document::Node&) override {
     archive_ = archive;
     names_.clear();
     TRY_ASSIGN(const auto files, store::list_files(archive));
-    std::vector<ScanTask> tasks;
+    Archive found;
     for (const std::string& file : files) {
       names_.push_back(file.substr(0, file.size() - 4));
-      tasks.push_back({names_.back(), {}, text_of(names_.size() - 1) == "broken" ? "its description is broken" : ""});
+      found.scans.push_back(
+          {names_.back(), {}, text_of(names_.size() - 1) == "broken" ? "its description is broken" : ""});
     }
-    return tasks;
+    if (names_.size() > 1) found.notes = {"1 file of the suffix .las is not read by this version"};
+    return found;
   }
   Result<Fingerprint> fingerprint(std::size_t scan, const document::Node& what) override {
     const std::string text = text_of(scan);

@@ -88,6 +88,7 @@ TEST_F(RunJob, MakesEveryScanAndEndsWithTheLastLine) {
       std::string::npos)
       << seen.out;
   EXPECT_EQ(seen.state("deep/b"), "done");
+  EXPECT_NE(seen.err.find("note: 1 file of the suffix .las"), std::string::npos) << seen.err;
   EXPECT_EQ(seen.report.find("exit")->as_integer(), 0);
   EXPECT_TRUE(store::exists(root + "/out/logs/deep/b.log"));
 }
