@@ -135,7 +135,7 @@ int run_check(const CommonOptions& common, const std::string& path, std::vector<
 
   Node event = Console::event("check");
   event.set("path", path);
-  if (root->find("stations") && !root->find("scanmill")) {
+  if (root->find("scanmill_plan") || (root->find("stations") && !root->find("scanmill"))) {
     const auto plan = plan::plan_from(*root, path);
     if (!plan) return refuse(plan.error());
     event.set("kind", "plan");

@@ -20,15 +20,15 @@ Result<Node> PipelineWork::resolve(const Node& what, const std::string& name) co
   return pipeline::to_document(values);
 }
 
-Result<std::vector<runner::ScanTask>> PipelineWork::discover(const std::string& archive, const Node& what) {
+Result<runner::Archive> PipelineWork::discover(const std::string& archive, const Node& what) {
   const Node* meshes = what.find("mesh_vertices_as_scan");
   archive_ = archive;
   TRY_ASSIGN(pipeline::Discovery found, pipeline::discover(archive, meshes && meshes->is_bool() && meshes->as_bool()));
   scans_ = std::move(found.scans);
-  discovery_notes_ = std::move(found.notes);
-  std::vector<runner::ScanTask> tasks;
-  for (const pipeline::ScanSpec& scan : scans_) tasks.push_back({scan.name, scan.notes, scan.broken});
-  return tasks;
+  runner::Archive result;
+  result.notes = std::move(found.notes);
+  for (const pipeline::ScanSpec& scan : scans_) result.scans.push_back({scan.name, scan.notes, scan.broken});
+  return result;
 }
 
 Result<runner::Fingerprint> PipelineWork::fingerprint(std::size_t scan, const Node& resolved) {

@@ -18,7 +18,7 @@ class PipelineWork final : public runner::Work {
   void check_part(const document::Node& part, document::Problems& problems) const override;
   document::Node overlay(document::Node base, const document::Node& over) const override;
   Result<document::Node> resolve(const document::Node& what, const std::string& name) const override;
-  Result<std::vector<runner::ScanTask>> discover(const std::string& archive, const document::Node& what) override;
+  Result<runner::Archive> discover(const std::string& archive, const document::Node& what) override;
   Result<runner::Fingerprint> fingerprint(std::size_t scan, const document::Node& resolved) override;
   Result<runner::Outcome> run(std::size_t scan, const document::Node& resolved, const std::string& folder,
                               const Context& context, Progress& progress) override;
@@ -28,7 +28,6 @@ class PipelineWork final : public runner::Work {
  private:
   std::string archive_;
   std::vector<pipeline::ScanSpec> scans_;
-  std::vector<std::string> discovery_notes_;
   pipeline::HashCache hashes_;
 };
 

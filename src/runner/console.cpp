@@ -143,6 +143,13 @@ void Console::put(std::FILE* file, const std::string& line, const document::Node
   std::fflush(out_);
 }
 
+void Console::note(const std::string& scan, const std::string& text) {
+  document::Node node = event("note");
+  if (!scan.empty()) node.set("scan", scan);
+  node.set("text", text);
+  put(err_, (scan.empty() ? "note: " : scan + ": note: ") + text, node, options_.quiet);
+}
+
 void Console::problem(const std::string& line, const document::Node& event) {
   {
     const std::lock_guard<std::mutex> guard(mutex_);

@@ -34,6 +34,8 @@ class Console final : public Progress {
   void result(const std::string& line, const document::Node& event) { put(out_, line, event, options_.quiet); }
   /// The last line: always shown.
   void last(const std::string& line, const document::Node& event) { put(out_, line, event, false); }
+  /// Something worth knowing that is no problem: on stderr, hidden by --quiet.
+  void note(const std::string& scan, const std::string& text);
   /// A problem: one line each on stderr, and the event on stdout under --json.
   void problem(const std::string& line, const document::Node& event);
 

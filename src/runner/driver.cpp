@@ -103,9 +103,12 @@ class Driver {
     auto selection = select_scans(job_, options_.only, work_);
     if (!selection) {
       const int code = exit_code_of(selection.error());
-      return refuse(selection.error(), code == kExitScans ? kExitUsage : code);  // the archive as a whole, no single scan
+      return refuse(selection.error(),
+                    code == kExitScans ? kExitUsage : code);  // the archive as a whole, no single scan
     }
     selection_ = *std::move(selection);
+    report_.notes = selection_.notes;
+    for (const std::string& note : report_.notes) console_.note("", note);
     for (const SelectedScan& scan : selection_.scans) {
       ScanEntry entry;
       entry.name = scan.task.name;
@@ -131,20 +134,24 @@ class Driver {
     auto lock = OutputLock::take(tree_.lock_file(), held_by);
     if (!lock) return refuse(lock.error(), held_by.empty() ? kExitInternal : kExitBusy);
     lock_ = std::make_unique<OutputLock>(*std::move(lock));
-    if (auto removed = tree_.remove_leftovers(); !removed) return refuse(removed.error(), kExitInternal);
+    if (auto removed = tree_.remove_leftovers(); !removed) return give_up(removed.error());
     if (tree_.is_unwritable())
-      return refuse(
-          fail(
-              Code::NoSpace,
-              "takes no more files: the disk is full or the folder is not writable; free space or choose another --out",
-              tree_.root()),
-          kExitInternal);
+      return give_up(fail(Code::NoSpace,
+                          "takes no more files: the disk is full or the folder is not writable; free space or choose "
+                          "another --out",
+                          tree_.root()));
     return save_report();
   }
 
   int refuse(const Error& error, int code) {
     complain(error);
     return code;
+  }
+
+  /// The output takes nothing: say so once, and do not try to write the rest.
+  int give_up(const Error& error) {
+    lock_.reset();
+    return refuse(error, kExitInternal);
   }
 
   std::string repeat_command(const std::string& scan) const {
@@ -319,6 +326,8 @@ class Driver {
       console_.result(
           entry.name + ": " + verb + ": " + (entry.fate == ScanFate::Quarantined ? "quarantined" : why_text), explain);
     }
+    if (entry.fate != ScanFate::Unchanged)
+      for (const std::string& note : entry.notes) console_.note(entry.name, note);
     if (entry.fate == ScanFate::Done || entry.fate == ScanFate::Unchanged) {
       std::string line = entry.name + ": " + name_of(entry.fate);
       for (const std::string& file : entry.files) line += " | " + tree_.root() + "/" + file;

@@ -73,8 +73,10 @@ Result<Selection> select_scans(const Job& job, std::span<const std::string> only
   if (!store::is_folder(job.archive))
     return fail(Code::BadParameter, "archive: found no folder " + job.archive + "; make it, or correct the key",
                 job.path);
-  TRY_ASSIGN(const std::vector<ScanTask> tasks, work.discover(job.archive, job.what));
+  TRY_ASSIGN(Archive archive, work.discover(job.archive, job.what));
+  const std::vector<ScanTask>& tasks = archive.scans;
   Selection selection;
+  selection.notes = std::move(archive.notes);
   for (const ScanTask& task : tasks) selection.all_names.push_back(task.name);
   if (tasks.empty())
     return fail(Code::BadParameter,

@@ -19,6 +19,7 @@ struct SelectedScan {
 struct Selection {
   std::vector<SelectedScan> scans;     // ascending by name
   std::vector<std::string> all_names;  // of the archive, selected or not
+  std::vector<std::string> notes;      // of the archive as a whole
 };
 
 /// Reads the file and the keys. errors  BadParameter, all problems at once; BadInput when there is no such file

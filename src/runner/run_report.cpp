@@ -76,6 +76,7 @@ Node to_document(const RunReport& report) {
   job.set("only", texts(report.only));
   job.set("text", report.job_text);
   node.set("job", std::move(job));
+  node.set("notes", texts(report.notes));
   Node scans = Node::sequence();
   for (const ScanEntry& entry : report.scans) scans.push(to_document(entry));
   node.set("scans", std::move(scans));

@@ -48,7 +48,8 @@ struct RunReport {
   int pid = 0, threads = 0;
   std::uint64_t memory_cap = 0;
   double seconds = 0;
-  int exit_code = -1;  // -1: still running
+  int exit_code = -1;              // -1: still running
+  std::vector<std::string> notes;  // of the archive as a whole
   std::vector<ScanEntry> scans;
 
   std::uint64_t count(ScanFate fate) const;

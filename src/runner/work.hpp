@@ -24,6 +24,11 @@ struct ScanTask {
   std::string broken;  // why it cannot be read at all; empty when fine
 };
 
+struct Archive {
+  std::vector<ScanTask> scans;     // by name; their positions are the numbers used below
+  std::vector<std::string> notes;  // of the archive as a whole
+};
+
 struct InputFile {
   std::string path;    // relative to the archive
   std::string sha256;  // empty for a missing file
@@ -53,8 +58,8 @@ class Work {
   virtual document::Node overlay(document::Node base, const document::Node& over) const = 0;
   /// Checks a complete tree and returns it with defaults filled in.
   virtual Result<document::Node> resolve(const document::Node& what, const std::string& name) const = 0;
-  /// Scans sorted by name; their positions are the numbers used below. `what`: the job's keys without overrides.
-  virtual Result<std::vector<ScanTask>> discover(const std::string& archive, const document::Node& what) = 0;
+  /// `what`: the job's keys without overrides.
+  virtual Result<Archive> discover(const std::string& archive, const document::Node& what) = 0;
   virtual Result<Fingerprint> fingerprint(std::size_t scan, const document::Node& resolved) = 0;
   /// Writes the scan's files, complete and synced, into the empty `folder`.
   virtual Result<Outcome> run(std::size_t scan, const document::Node& resolved, const std::string& folder,

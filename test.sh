@@ -1,0 +1,20 @@
+#!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
+# Sets up what is missing, builds everything and runs the tests; --all adds the slow ones.
+# usage: ./test.sh [--all]
+set -eu
+
+root=$(cd "$(dirname "$0")" && pwd)
+case "${1:-}" in
+  "") select="-LE slow" ;;
+  --all) select="" ;;
+  *) echo "usage: $0 [--all]" >&2; exit 2 ;;
+esac
+
+"$root/scripts/install_packages.sh" test
+
+cd "$root"
+cmake --preset release -DSCANMILL_TESTS=ON -DSCANMILL_BENCH=ON
+cmake --build --preset release
+# shellcheck disable=SC2086  # options are words
+exec ctest --test-dir build/release --output-on-failure -j "$(nproc)" $select

@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: Apache-2.0
+// The program as a user types it.
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+
+#include "document/document.hpp"
+
+namespace scanmill {
+namespace {
+
+class Program : public testing::Test {
+ protected:
+  struct Seen {
+    int code = -1;
+    std::string out, err;
+  };
+  void SetUp() override {
+    root_ = testing::TempDir() + "scanmill-cli-" + testing::UnitTest::GetInstance()->current_test_info()->name() + "-" +
+            std::to_string(getpid());
+    std::filesystem::remove_all(root_);
+    std::filesystem::create_directories(root_ + "/archive");
+  }
+  void TearDown() override { std::filesystem::remove_all(root_); }
+
+  Seen run(const std::string& arguments) const {
+    const int status =
+        std::system(("cd '" + root_ + "' && '" SCANMILL_PROGRAM "' " + arguments + " >out.txt 2>err.txt").c_str());
+    return {WEXITSTATUS(status), text("out.txt"), text("err.txt")};
+  }
+  std::string text(const std::string& name) const {
+    std::ifstream file(root_ + "/" + name, std::ios::binary);
+    return {std::istreambuf_iterator<char>(file), {}};
+  }
+  void write(const std::string& name, const std::string& content) const {
+    std::ofstream(root_ + "/" + name) << content;
+  }
+  /// A bent sheet of 60 x 60 points, 0.5 mm apart.
+  void write_sheet(const std::string& name) const {
+    std::ofstream file(root_ + "/" + name);
+    for (int i = 0; i < 60; ++i)
+      for (int j = 0; j < 60; ++j) file << i * 0.5 << ' ' << j * 0.5 << ' ' << i * j * 0.001 << '\n';
+  }
+  std::string root_;
+};
+
+TEST_F(Program, NamesTheNearestForUnknownWords) {
+  Seen seen = run("runn job.yaml");
+  EXPECT_EQ(seen.code, 2);
+  EXPECT_NE(seen.err.find("unknown command runn; allowed run, check"), std::string::npos) << seen.err;
+  EXPECT_NE(seen.err.find("nearest run"), std::string::npos) << seen.err;
+  seen = run("run job.yaml --onyl x");
+  EXPECT_EQ(seen.code, 2);
+  EXPECT_NE(seen.err.find("unknown option --onyl; nearest --only"), std::string::npos) << seen.err;
+  seen = run("mesh a.ply -o b.stl --bin-m 3");
+  EXPECT_EQ(seen.code, 2);
+  EXPECT_NE(seen.err.find("nearest --bin-mm"), std::string::npos) << seen.err;
+  for (const char* words : {"", "run", "run a b", "reduce a.ply", "run j --threads 0", "run j --progress loud",
+                            "run j --memory x", "schema plane"}) {
+    seen = run(words);
+    EXPECT_EQ(seen.code, 2) << words;
+    EXPECT_FALSE(seen.err.empty()) << words;
+  }
+}
+
+TEST_F(Program, StageOptionsAreJudgedLikeTheJob) {
+  for (const auto& [option, sentence] : std::initializer_list<std::pair<const char*, const char*>>{
+           {"--bin-mm 0", "lattice.bin_mm: found 0; allowed (0, "},
+           {"--bin-mm 1 --range-bins 3", "grow.range_bins: found 3; allowed (0, 2.5]"},
+           {"--bin-mm 1 --engine star", "grow.engine: found star; allowed stars, front; nearest stars"},
+           {"--bin-mm 1 --seed 1,2", "seeds.points: found a list; allowed three numbers"},
+           {"--bin-mm 1 --target-points 100", "exclude each other"},
+           {"--range-bins 2", "lattice: found no bin size"}}) {
+    const Seen seen = run(std::string("mesh a.xyz -o b.stl ") + option);
+    EXPECT_EQ(seen.code, 2) << option;
+    EXPECT_NE(seen.err.find(sentence), std::string::npos) << option << "\n" << seen.err;
+    EXPECT_EQ(seen.err.rfind("command line: ", 0), 0u) << seen.err;
+  }
+}
+
+TEST_F(Program, ShowsVersionAndHelp) {
+  EXPECT_EQ(run("--version").code, 0);
+  EXPECT_NE(run("--version").out.find("openvdb"), std::string::npos);
+  EXPECT_NE(run("mesh --help").out.find("--min-neighbour-distance"), std::string::npos);
+}
+
+TEST_F(Program, RunsAJobAndResumes) {
+  write_sheet("archive/sheet.xyz");
+  write("job.yaml", "scanmill: 1\narchive: archive\nlattice: {bin_mm: 2}\n");
+  EXPECT_EQ(run("check job.yaml").code, 0);
+  Seen seen = run("run job.yaml --threads 2");
+  EXPECT_EQ(seen.code, 0) << seen.err;
+  EXPECT_NE(seen.out.find("sheet: done | job.out/scans/sheet/mesh.stl | job.out/scans/sheet/record.h5"),
+            std::string::npos)
+      << seen.out;
+  EXPECT_NE(seen.out.find("1 scans: 0 unchanged, 1 done, 0 failed, 0 quarantined | gates: 0 | 00:00:"),
+            std::string::npos)
+      << seen.out;
+  const std::string mesh = text("job.out/scans/sheet/mesh.stl"), record = text("job.out/scans/sheet/record.h5");
+  seen = run("run job.yaml --explain --json");
+  EXPECT_EQ(seen.code, 0);
+  EXPECT_NE(seen.out.find(R"("type":"explain","name":"sheet","verb":"skipped")"), std::string::npos) << seen.out;
+  EXPECT_NE(seen.out.find(R"("type":"summary")"), std::string::npos) << seen.out;
+  EXPECT_EQ(run("run job.yaml --out other --threads 1 --quiet").code, 0);
+  EXPECT_EQ(text("other/scans/sheet/mesh.stl"), mesh);
+  EXPECT_EQ(text("other/scans/sheet/record.h5"), record);
+}
+
+TEST_F(Program, CheckReportsAllProblemsWithPlaces) {
+  write("job.yaml", "scanmill: 1\nlattice: {bin_m: 1}\nunits: mile\n");
+  const Seen seen = run("check job.yaml");
+  EXPECT_EQ(seen.code, 2);
+  EXPECT_NE(seen.err.find("job.yaml:2:11: lattice.bin_m: unknown key"), std::string::npos) << seen.err;
+  EXPECT_NE(seen.err.find("job.yaml:3:8: units: found mile"), std::string::npos) << seen.err;
+}
+
+TEST_F(Program, RemovesWhatADeadRunLeftBehind) {
+  write_sheet("archive/sheet.xyz");
+  write("job.yaml", "scanmill: 1\narchive: archive\nlattice: {bin_mm: 2}\n");
+  EXPECT_EQ(run("run job.yaml --out out").code, 0);
+  std::filesystem::create_directories(root_ + "/out/scans/.sheet.1");
+  EXPECT_EQ(run("run job.yaml --out out").code, 0);
+  EXPECT_FALSE(std::filesystem::exists(root_ + "/out/scans/.sheet.1"));
+}
+
+}  // namespace
+}  // namespace scanmill

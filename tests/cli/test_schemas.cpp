@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: Apache-2.0
+// The schema files, our own checker and an independent validator (python3-jsonschema) must agree.
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <fstream>
+#include <sstream>
+
+#include "cli/pipeline_work.hpp"
+#include "runner/job.hpp"
+#include "runner/run_report.hpp"
+
+namespace scanmill {
+namespace {
+
+const std::string kSchemas = SCANMILL_SOURCE "/schemas/";
+
+std::string slurp(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::ostringstream text;
+  text << file.rdbuf();
+  return text.str();
+}
+
+/// The verdict of jsonschema: 0 valid, 1 invalid, anything else: no verdict.
+int judge(const std::string& schema, const document::Node& instance) {
+  const std::string path = testing::TempDir() + "scanmill-instance-" + std::to_string(getpid()) + ".json";
+  std::ofstream(path) << document::to_json(instance);
+  const std::string program =
+      "import json,sys,jsonschema as j;s=json.load(open(sys.argv[1]));j.Draft7Validator.check_schema(s);"
+      "e=list(j.Draft7Validator(s).iter_errors(json.load(open(sys.argv[2]))));print(*[x.message for x in "
+      "e],sep=chr(10));sys.exit(1 if e else 0)";
+  const int status =
+      std::system((std::string(PYTHON3) + " -c '" + program + "' '" + kSchemas + schema + "' '" + path + "'").c_str());
+  unlink(path.c_str());
+  return WEXITSTATUS(status);
+}
+
+document::Node example(const std::string& name) {
+  auto tree = document::parse_yaml(slurp(kSchemas + "examples/" + name), name);
+  EXPECT_TRUE(tree.ok()) << (tree ? "" : tree.error().text());
+  return tree ? *tree : document::Node();
+}
+
+Result<runner::Job> checked(const std::string& name) {
+  const cli::PipelineWork work;
+  return runner::job_from(slurp(kSchemas + "examples/" + name), name, {}, work);
+}
+
+TEST(JobSchema, FileIsWhatTheTablesSay) {
+  EXPECT_EQ(slurp(kSchemas + "job.schema.json"),
+            document::to_json(runner::job_schema(pipeline::what_schema()), 2) + "\n")
+      << "write it again: scanmill schema job > schemas/job.schema.json";
+}
+
+TEST(JobSchema, ValidExamplePassesBothCheckers) {
+  EXPECT_EQ(judge("job.schema.json", example("job.valid.yaml")), 0);
+  const auto job = checked("job.valid.yaml");
+  ASSERT_TRUE(job.ok()) << job.error().text();
+  const cli::PipelineWork work;
+  for (const char* scan : {"figurine", "handset"}) {
+    const auto what = work.resolve(runner::what_of(*job, scan, work), "job.valid.yaml");
+    EXPECT_TRUE(what.ok()) << what.error().text();
+  }
+}
+
+TEST(JobSchema, InvalidExampleFailsInBothWithEveryMistake) {
+  EXPECT_EQ(judge("job.schema.json", example("job.invalid.yaml")), 1);
+  const auto job = checked("job.invalid.yaml");
+  ASSERT_FALSE(job.ok());
+  const std::string text = job.error().text();
+  for (const char* key :
+       {":2:11: scanmill:", ":3:10: archive:", ":5:3: lattice.bin_m:", ":7:19: reduce.representative:",
+        ":9:15: grow.range_bins:", ":10:11: outputs:", ":12:5: overrides:", ":14:12: resources.threads:"})
+    EXPECT_NE(text.find(key), std::string::npos) << key << "\n" << text;
+}
+
+TEST(RunSchema, ExamplesAndOurOwnReportsAreJudgedRight) {
+  EXPECT_EQ(judge("run.schema.json", example("run.valid.json")), 0);
+  EXPECT_EQ(judge("run.schema.json", example("run.invalid.json")), 1);
+  runner::RunReport report;
+  report.version = "1";
+  report.libraries = document::Node::map();
+  report.pid = 1;
+  report.started = "2026-01-31T08:15:00Z";
+  for (int fate = 0; fate <= static_cast<int>(runner::ScanFate::Vanished); ++fate) {
+    runner::ScanEntry entry;
+    entry.name = "s";
+    entry.fate = static_cast<runner::ScanFate>(fate);
+    entry.error = fail(Code::BadInput, "found x", "file");
+    entry.counts = document::Node::map();
+    entry.counts.set("triangles", 3);
+    entry.record_identity = "abc";
+    report.scans.push_back(entry);
+  }
+  EXPECT_EQ(judge("run.schema.json", runner::to_document(report)), 0);
+  report.ended = report.started;
+  report.exit_code = 143;
+  EXPECT_EQ(judge("run.schema.json", runner::to_document(report)), 0);
+}
+
+}  // namespace
+}  // namespace scanmill

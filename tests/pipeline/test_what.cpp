@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <fstream>
+
+#include "pipeline/hash_cache.hpp"
+#include "pipeline/what.hpp"
+
+namespace scanmill::pipeline {
+namespace {
+
+Result<What> what(const std::string& text) { return what_from(*document::parse_yaml(text, "job.yaml"), "job.yaml"); }
+
+std::string error_of(const std::string& text) {
+  const auto result = what(text);
+  return result ? "no error" : result.error().text();
+}
+
+TEST(WhatFrom, BinSizeAloneIsEnough) {
+  const auto w = what("lattice: {bin_mm: 0.5}\nscanmill: 1\narchive: elsewhere\n");
+  ASSERT_TRUE(w.ok()) << w.error().text();
+  EXPECT_EQ(w->lattice.bin_mm, 0.5);
+  EXPECT_EQ(w->reduce.representative, reduce::Representative::Surface);
+  EXPECT_EQ(w->grow.range_bins, 2.5);
+  EXPECT_EQ(w->outputs, std::vector<std::string>{"stl"});
+}
+
+TEST(WhatFrom, ProfilePaperSetsItsRulesAndSingleKeysOverride) {
+  const auto paper = what("profile: paper\nlattice: {bin_mm: 1}\n");
+  ASSERT_TRUE(paper.ok()) << paper.error().text();
+  EXPECT_EQ(paper->reduce.representative, reduce::Representative::Centre);
+  EXPECT_EQ(paper->reduce.min_neighbour_distance, 0.5);
+  EXPECT_EQ(paper->reduce.neighbour_positions, reduce::NeighbourPositions::Measured);
+  EXPECT_EQ(paper->grow.range_bins, 2);
+  EXPECT_EQ(paper->lattice.origin, reduce::Origin::Bounds);
+  const auto mixed = what(
+      "grow: {range_bins: 2.2}\nreduce: {min_neighbour_distance: off}\nlattice: {bin_mm: 1, origin: "
+      "absolute}\nprofile: paper\n");
+  ASSERT_TRUE(mixed.ok()) << mixed.error().text();
+  EXPECT_EQ(mixed->grow.range_bins, 2.2);
+  EXPECT_FALSE(mixed->reduce.min_neighbour_distance.has_value());
+  EXPECT_EQ(mixed->lattice.origin, reduce::Origin::Absolute);
+}
+
+TEST(WhatFrom, ReportsEveryProblemWithPlaceAllowedAndNearest) {
+  const std::string text = error_of(
+      "lattice:\n  bin_m: 1\ngrow: {range_bins: 2.6, engine: star, min_angle_deg: five}\nunits: mn\nprofile: papr\n"
+      "outputs: [iges, stll]\nreduce: 7\nmerge: {fill_holes_up_to_bins: 2}\n");
+  for (const char* line :
+       {"job.yaml:2:3: lattice.bin_m: unknown key; allowed bin_mm, target_points, target_bins, origin; nearest bin_mm",
+        "job.yaml:2:3: lattice: found no bin size", "job.yaml:3:20: grow.range_bins: found 2.6; allowed (0, 2.5]",
+        "grow.engine: found star; allowed stars, front; nearest stars",
+        "grow.min_angle_deg: found five; allowed a number in [0, 45]",
+        "job.yaml:4:8: units: found mn; allowed mm, cm, m, um, in; nearest mm",
+        "profile: found papr; allowed scan, paper; nearest paper",
+        "outputs: found iges; not written by this version; allowed stl",
+        "outputs: found stll; allowed stl; nearest stl", "reduce: found 7; allowed a map of representative",
+        "merge.fill_holes_up_to_bins: not in this version"})
+    EXPECT_NE(text.find(line), std::string::npos) << line << "\nin\n" << text;
+  EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 10) << text;
+}
+
+TEST(WhatFrom, BinSizesAndNormalLimitsExcludeEachOther) {
+  EXPECT_NE(error_of("lattice: {bin_mm: 1, target_points: 100}\n").find("exclude each other"), std::string::npos);
+  EXPECT_NE(
+      error_of("lattice: {bin_mm: 1}\ngrow: {min_normal_dot: 0.5, max_normal_deg: 30}\n").find("exclude each other"),
+      std::string::npos);
+  EXPECT_TRUE(what("lattice: {bin_mm: off, target_bins: 3000}\n").ok());
+  EXPECT_TRUE(what_from(document::Node::map(), "x", false).ok());
+}
+
+TEST(WhatFrom, SeedsComeInThreeForms) {
+  EXPECT_TRUE(what("lattice: {bin_mm: 1}\nseeds: auto\n")->seeds.points.empty());
+  const auto list = what("lattice: {bin_mm: 1}\nseeds: [[1, 2, 3], [4, 5, 6]]\n");
+  ASSERT_TRUE(list.ok()) << list.error().text();
+  EXPECT_EQ(list->seeds.points[1], (Vec3{4, 5, 6}));
+  const auto map = what("lattice: {bin_mm: 1}\nseeds: {points: [[1, 2, 3]], cover: false, spacing_bins: 9}\n");
+  ASSERT_TRUE(map.ok()) << map.error().text();
+  EXPECT_FALSE(map->seeds.cover);
+  EXPECT_EQ(map->seeds.spacing_bins, 9);
+  for (const char* bad : {"seeds: many", "seeds: [1, 2, 3]", "seeds: [[1, 2]]", "seeds: {point: auto}", "seeds: []"})
+    EXPECT_NE(error_of(std::string("lattice: {bin_mm: 1}\n") + bad + "\n").find("seeds"), std::string::npos) << bad;
+}
+
+TEST(OverlayWhat, KeyTakesThePlaceOfThoseItExcludes) {
+  const auto base =
+      *document::parse_yaml("lattice: {bin_mm: 1, origin: bounds}\ngrow: {max_normal_deg: 20}\nseeds: auto\n", "x");
+  const auto over =
+      *document::parse_yaml("lattice: {target_points: 500}\ngrow: {min_normal_dot: 0.9}\nseeds: {cover: false}\n", "x");
+  const auto w = what_from(overlay_what(base, over), "x");
+  ASSERT_TRUE(w.ok()) << w.error().text();
+  EXPECT_FALSE(w->lattice.bin_mm.has_value());
+  EXPECT_EQ(w->lattice.origin, reduce::Origin::Bounds);
+  EXPECT_FALSE(w->grow.max_normal_deg.has_value());
+  EXPECT_FALSE(w->seeds.cover);
+}
+
+TEST(ToDocument, ReadsBackToTheSameCanonicalText) {
+  for (const char* text :
+       {"lattice: {bin_mm: 0.36}\n",
+        "profile: paper\nlattice: {target_points: 3000}\nseeds: [[1, 2.5, -3]]\nunits: m\n",
+        "lattice: {bin_mm: 1}\ngrow: {max_normal_deg: 30, engine: front}\nreduce: {min_neighbour_distance: off}\n"}) {
+    const auto first = what(text);
+    ASSERT_TRUE(first.ok()) << first.error().text();
+    const std::string canonical = document::to_canonical_json(to_document(*first));
+    const auto again = what_from(*document::parse_json(canonical, "x"), "x");
+    ASSERT_TRUE(again.ok()) << again.error().text();
+    EXPECT_EQ(document::to_canonical_json(to_document(*again)), canonical);
+  }
+}
+
+TEST(HashCache, TrustsSettledFilesOnly) {
+  const std::string path = testing::TempDir() + "scanmill-hash-" + std::to_string(::getpid());
+  std::ofstream(path) << "one";
+  HashCache cache;
+  const auto fresh = cache.entry_of(path, "file");
+  ASSERT_TRUE(fresh.ok()) << fresh.error().text();
+  EXPECT_FALSE(fresh->trusted);
+  EXPECT_EQ(cache.save(), "{}\n");
+  const std::string saved = "{\"" + path + "\": [" + std::to_string(fresh->stamp.size) + ", " +
+                            std::to_string(fresh->stamp.mtime_ns) + ", " + std::to_string(fresh->stamp.inode) +
+                            ", \"remembered\"]}";
+  HashCache loaded;
+  loaded.load(saved);
+  EXPECT_EQ(loaded.entry_of(path, "file")->sha256, "remembered");
+  std::ofstream(path) << "other";
+  EXPECT_NE(loaded.entry_of(path, "file")->sha256, "remembered");
+  loaded.load("not json");
+  ::unlink(path.c_str());
+  EXPECT_FALSE(loaded.entry_of(path, "file").ok());
+}
+
+}  // namespace
+}  // namespace scanmill::pipeline

@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fake_work.hpp"
+#include "runner/glob.hpp"
+#include "runner/job.hpp"
+
+namespace scanmill::runner {
+namespace {
+
+TEST(Glob, StarCrossesFoldersAndQuestionMarkTakesOne) {
+  EXPECT_TRUE(matches("*", "a/b"));
+  EXPECT_TRUE(matches("a*c", "abbc"));
+  EXPECT_TRUE(matches("*b*b", "abab"));
+  EXPECT_TRUE(matches("part-?", "part-7"));
+  EXPECT_FALSE(matches("part-?", "part-10"));
+  EXPECT_FALSE(matches("a", "ab"));
+  EXPECT_FALSE(matches("", "a"));
+  EXPECT_TRUE(matches("***", ""));
+}
+
+Result<Job> job(const std::string& text, std::vector<std::string> sets = {}) {
+  static const FakeWork work;
+  return job_from(text, "jobs/j.yaml", sets, work);
+}
+
+TEST(JobFrom, TakesPathsFromTheJobFilesFolder) {
+  const auto plain = job("scanmill: 1\nlattice: {bin_mm: 1}\n");
+  ASSERT_TRUE(plain.ok()) << plain.error().text();
+  EXPECT_EQ(plain->archive, "jobs/");
+  EXPECT_EQ(job("scanmill: 1\narchive: ../x\n")->archive, "x");
+  EXPECT_EQ(job("scanmill: 1\narchive: /abs\n")->archive, "/abs");
+}
+
+TEST(JobFrom, ReportsAllProblemsAtOnceWithPlaceAndNearest) {
+  const auto broken =
+      job("scanmill: 2\narchiv: x\nlattice: {bin_m: 1}\nresources: {threads: 0, memory: lots}\nstrict: 3\n");
+  ASSERT_FALSE(broken.ok());
+  const std::string text = broken.error().text();
+  for (const char* line :
+       {"jobs/j.yaml:1:11: scanmill: found 2; allowed 1", "jobs/j.yaml:2:1: archiv: unknown key; allowed",
+        "nearest archive", "jobs/j.yaml:3:11: lattice.bin_m: unknown key; allowed bin_mm; nearest bin_mm",
+        "jobs/j.yaml:4:22: resources.threads: found 0; allowed [1, 1024]",
+        "jobs/j.yaml:4:33: resources.memory: found lots", "jobs/j.yaml:5:9: strict: found 3"})
+    EXPECT_NE(text.find(line), std::string::npos) << line << "\n" << text;
+}
+
+TEST(JobFrom, RefusesKeysThatThisVersionWouldIgnore) {
+  for (const std::string line : {"settle_s: 3", "verify: {max_error_mm: 1}", "notify: x", "resources: {until: '05:30'}",
+                                 "executor: slurm", "optimise: {smooth: true}", "clean: {}"}) {
+    const auto refused = job("scanmill: 1\n" + line + "\n");
+    ASSERT_FALSE(refused.ok()) << line;
+    EXPECT_NE(refused.error().text().find("not in this version"), std::string::npos) << refused.error().text();
+  }
+}
+
+TEST(JobFrom, IgnoresExtensionsAndNothingElse) {
+  EXPECT_TRUE(job("scanmill: 1\nx-note: {any: thing}\n").ok());
+  EXPECT_FALSE(job("scanmill: 1\ny-note: 1\n").ok());
+  EXPECT_FALSE(job("- 1\n").ok());
+  EXPECT_FALSE(job("").ok());
+}
+
+TEST(JobFrom, LaterOverridesWinAndSetsWinOverAll) {
+  const std::string text =
+      "scanmill: 1\nlattice: {bin_mm: 1}\noverrides:\n  - {scans: 'a*', lattice: {bin_mm: 2}}\n  - {scans: [ab, c], "
+      "lattice: {bin_mm: 3}}\n";
+  const FakeWork work;
+  const auto bin = [&](const Job& j, const char* scan) {
+    return what_of(j, scan, work).find("lattice")->find("bin_mm")->as_number();
+  };
+  const auto plain = job(text);
+  ASSERT_TRUE(plain.ok()) << plain.error().text();
+  EXPECT_EQ(bin(*plain, "z"), 1);
+  EXPECT_EQ(bin(*plain, "aa"), 2);
+  EXPECT_EQ(bin(*plain, "ab"), 3);
+  const auto set = job(text, {"lattice.bin_mm=0.5", "resources.threads=2", "resources.memory=1G", "strict=true"});
+  ASSERT_TRUE(set.ok()) << set.error().text();
+  EXPECT_EQ(bin(*set, "ab"), 0.5);
+  EXPECT_EQ(set->how.threads, 2);
+  EXPECT_EQ(set->how.memory, 1ull << 30);
+  EXPECT_TRUE(set->how.strict);
+}
+
+TEST(JobFrom, NamesTheCommandLineAsPlaceOfBadSets) {
+  for (const std::string set : {"lattice.bin_m=1", "nokey", "resources.threads=0", "foo=1"}) {
+    const auto refused = job("scanmill: 1\n", {set});
+    ASSERT_FALSE(refused.ok()) << set;
+    EXPECT_EQ(refused.error().text().rfind("command line: ", 0), 0u) << refused.error().text();
+  }
+}
+
+TEST(JobFrom, OverridesMustNameScansAndMayNotChangeDiscovery) {
+  EXPECT_FALSE(job("scanmill: 1\noverrides: [{lattice: {bin_mm: 1}}]\n").ok());
+  EXPECT_FALSE(job("scanmill: 1\noverrides: [{scans: a, mesh_vertices_as_scan: true}]\n").ok());
+  EXPECT_FALSE(job("scanmill: 1\noverrides: [{scans: a, archive: b}]\n").ok());
+  EXPECT_FALSE(job("scanmill: 1\noverrides: 3\n").ok());
+}
+
+}  // namespace
+}  // namespace scanmill::runner
