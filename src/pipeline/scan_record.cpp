@@ -90,6 +90,8 @@ void add_counters(const reduce::Report& reduced, const MeshedSurface& surface, R
   count("reduce", "dropped_neighbour_distance", reduced.dropped_neighbour_distance);
   count("reduce", "kept", reduced.kept);
   add("reduce", "median_residual_bins", reduced.median_residual, false);
+  add("reduce", "noise_bins", reduced.noise, false);
+  count("reduce", "frame_radius_bins", static_cast<std::uint64_t>(reduced.frame_radius));
   const stars::Report& stars = surface.stars;
   count("stars", "confirmed", stars.confirmed);
   count("stars", "candidates", stars.candidates);

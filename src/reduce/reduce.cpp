@@ -16,6 +16,8 @@ namespace {
 
 /// Relative to the median residual, and in bin edges: above both a bin lies on a crease.
 constexpr double kCreaseOverMedian = 2.5, kCreaseResidual = 0.2;
+/// Noise, in bin edges, from which frames take the 5x5x5 bins (docs/algorithm.md: 3x3x3 is better below, on every cloud tried).
+constexpr double kNoisyFrom = 0.15;
 /// A foot farther than this from the measured point is no foot of this surface; the measured point is used.
 constexpr double kMaxProjection = 1.5;
 
@@ -130,7 +132,9 @@ Result<Reduction> reduce_on(const PointSource& points, const Lattice& lattice, V
   report.index_bytes = totals.index_bytes;
   report.record_bytes = totals.winners.size() * (sizeof(Winner) + sizeof(Moments));
   totals = BinTotals();
-  Frames frames = frames_of(cloud, moments, context);
+  report.noise = noise_of(cloud, moments, context);
+  report.frame_radius = report.noise > kNoisyFrom ? 2 : 1;
+  Frames frames = frames_of(cloud, moments, report.frame_radius, 1, context);
   if (params.representative == Representative::Surface)
     TRY(pick_representatives(points, frame, frames, params, cloud, context));
   project(cloud, frames);

@@ -34,7 +34,7 @@ struct ReducedCloud {
   std::vector<SourceKey> source;        // where it came from
   std::vector<std::int64_t> counts;     // points in the bin
   std::vector<Drop> drop;
-  // Frame of the bin: plane of the moments of the 3x3x3 bins around it.
+  // Frame of the bin: plane of the moments of the bins around it.
   std::vector<Vec3> projected;          // foot of `measured` on that plane; `measured` where the frame is not valid
   std::vector<Vec3> normal;             // unit; sign from views when sign_known, else arbitrary but fixed
   std::vector<float> residual;          // rms distance from the plane, bin edges
@@ -59,6 +59,8 @@ struct Report {
   std::uint64_t kept = 0;
   Bounds bounds;                       // of the binned points
   double median_residual = 0;          // bin edges
+  double noise = 0;                    // of the points about their surface, bin edges, without curvature
+  std::int32_t frame_radius = 1;       // 1: frames from 3x3x3 bins; 2: from 5x5x5, chosen above 0.15 h of noise
   double bin_mm = 0;
   std::uint64_t index_bytes = 0;       // memory of the OpenVDB trees at their largest
   std::uint64_t record_bytes = 0;      // memory of the per-bin arrays
