@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipeline/run_scan.hpp"
 
-#include <atomic>
 #include <chrono>
 
 #include "base/digest.hpp"
@@ -40,6 +39,12 @@ Result<std::string> write_and_check_stl(const Mesh& mesh, const std::string& pat
   TRY_ASSIGN(const auto source, store::open_file(path, path));
   TRY(exporting::compare_stl(mesh, *source));
   return sha256_of(*source);
+}
+
+/// Stages do not know files: an error without a place gets the file that stands for the scan.
+Error name_file(Error error, const ScanSpec& scan) {
+  if (!error.where.empty()) return error;
+  return std::move(error).at(scan.description.empty() ? scan.views.front().path : scan.description);
 }
 
 void add_notes(const MeshedSurface& surface, const reduce::Report& report, const Mesh& mesh, std::vector<std::string>& notes) {
@@ -96,13 +101,17 @@ Result<ScanResult> run_scan(const std::string& archive, const ScanSpec& scan, co
   clock.lap("open");
 
   const WatchedPoints watched(*points, "reduce", progress);
-  TRY_ASSIGN(reduce::Reduction reduction, reduce::reduce_cloud(watched, what.lattice, what.reduce, context));
+  auto reduced = reduce::reduce_cloud(watched, what.lattice, what.reduce, context);
+  if (!reduced.ok()) return name_file(std::move(reduced).error(), scan);
+  reduce::Reduction reduction = std::move(reduced).value();
   const reduce::Report& report = reduction.report;
   if (std::string problem = implausible_size(report.bounds, points->units_mm(), report.bin_mm); !problem.empty())
-    return fail(Code::BadInput, std::move(problem), scan.name);
+    return name_file(fail(Code::BadInput, std::move(problem)), scan);
   clock.lap("reduce");
 
-  TRY_ASSIGN(const MeshedSurface surface, mesh_surface(reduction.cloud, report.bounds, what, context, progress));
+  auto meshed = mesh_surface(reduction.cloud, report.bounds, what, context, progress);
+  if (!meshed.ok()) return name_file(std::move(meshed).error(), scan);
+  const MeshedSurface surface = std::move(meshed).value();
   clock.lap("mesh");
 
   progress.stage("write", 0, 0);

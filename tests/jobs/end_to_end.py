@@ -1,0 +1,257 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
+"""Runs the program on small archives and looks at what it left behind.  usage: end_to_end.py CASE"""
+import json
+import os
+import random
+import shutil
+import struct
+import subprocess
+import sys
+import tempfile
+
+import h5py
+import numpy
+
+SCANMILL = os.environ["SCANMILL"]
+ROOT = os.environ["SCANMILL_ROOT"]
+
+PLAN = """scanmill_plan: 1
+name: {name}
+units: mm
+sensor: {{pixels_x: 160, pixels_y: 160, field_x_mm: 60, field_y_mm: 60, stand_off_mm: 150, depth_mm: 30, noise_mm: 0.03,
+  max_incidence_deg: 75, perspective: true}}
+stations:
+"""
+EYES = [(150, 0, 0), (-150, 0, 0), (0, 150, 0), (0, -150, 0), (0, 0, 150), (0, 0, -150)]
+
+
+def run(*words, want=0, cwd=None):
+    done = subprocess.run([SCANMILL, *map(str, words)], capture_output=True, text=True, cwd=cwd, timeout=300)
+    text = done.stderr + done.stdout
+    assert done.returncode == want, f"exit {done.returncode}, wanted {want}: {words}\n{text}"
+    return text
+
+
+def make_archive(folder, objects=("sphere",)):
+    for name in objects:
+        os.makedirs(f"{folder}/{name}")
+        plan = f"{folder}/{name}.making"
+        with open(plan, "w") as out:
+            out.write(PLAN.format(name=name))
+            for n, eye in enumerate(EYES):
+                up = (0, 0, 1) if eye[2] == 0 else (0, 1, 0)
+                out.write(f"  - name: s{n}\n    pose: {{eye: {list(eye)}, target: [0, 0, 0], up: {list(up)}}}\n    data: s{n}.ply\n")
+        os.rename(plan, f"{folder}/{name}/plan.yaml")
+        run("simulate", f"{folder}/{name}/plan.yaml", "--object", name, "--out", f"{folder}/{name}", "--quiet")
+
+
+def write_job(path, archive, text="lattice: {bin_mm: 1.5}\n"):
+    with open(path, "w") as out:
+        out.write(f"scanmill: 1\narchive: {archive}\n{text}")
+    return path
+
+
+def results(tree):
+    """Relative path -> bytes of every mesh and record."""
+    found = {}
+    for folder, _, files in os.walk(f"{tree}/scans"):
+        for name in files:
+            if name in ("mesh.stl", "record.h5"):
+                path = os.path.join(folder, name)
+                found[os.path.relpath(path, tree)] = open(path, "rb").read()
+    return found
+
+
+def no_leftovers(tree):
+    for folder, folders, files in os.walk(tree):
+        for name in folders + files:
+            assert ".tmp" not in name and not (folder.endswith("scans") and name.startswith(".")), f"left behind: {folder}/{name}"
+
+
+def read_view(path):
+    data = open(path, "rb").read()
+    end = data.index(b"end_header\n") + 11
+    return data[:end], numpy.frombuffer(data[end:], "<f4").reshape(-1, 3)
+
+
+def same_bytes_for_any_threads(work):
+    make_archive(f"{work}/a", ("sphere", "cube"))
+    job = write_job(f"{work}/job.yaml", "a")
+    for threads in (1, 2, 7):
+        run("run", job, "--out", f"{work}/o{threads}", "--threads", threads)
+    one = results(f"{work}/o1")
+    assert len(one) == 4, sorted(one)
+    for threads in (2, 7):
+        other = results(f"{work}/o{threads}")
+        assert sorted(other) == sorted(one)
+        for path in one:
+            assert other[path] == one[path], f"{path} differs for {threads} threads"
+    no_leftovers(f"{work}/o1")
+
+
+def same_bytes_for_any_order_of_files(work):
+    make_archive(f"{work}/a")
+    os.makedirs(f"{work}/b/sphere")
+    for name in sorted(os.listdir(f"{work}/a/sphere"), reverse=True):
+        shutil.copy(f"{work}/a/sphere/{name}", f"{work}/b/sphere/{name}")
+    run("run", write_job(f"{work}/a.yaml", "a"), "--out", f"{work}/oa")
+    run("run", write_job(f"{work}/b.yaml", "b"), "--out", f"{work}/ob")
+    assert results(f"{work}/oa") == results(f"{work}/ob")
+
+
+def shuffled_rows_change_sources_only(work):
+    make_archive(f"{work}/a")
+    shutil.copytree(f"{work}/a", f"{work}/b")
+    order = numpy.random.default_rng(5)
+    for name in sorted(os.listdir(f"{work}/b/sphere")):
+        if name.endswith(".ply"):
+            header, points = read_view(f"{work}/b/sphere/{name}")
+            with open(f"{work}/b/sphere/{name}", "wb") as out:
+                out.write(header + points[order.permutation(len(points))].tobytes())
+    run("run", write_job(f"{work}/a.yaml", "a"), "--out", f"{work}/oa")
+    run("run", write_job(f"{work}/b.yaml", "b"), "--out", f"{work}/ob")
+    one, other = results(f"{work}/oa"), results(f"{work}/ob")
+    for path in one:
+        if path.endswith(".stl"):
+            assert one[path] == other[path], path
+    record = [p for p in one if p.endswith(".h5")][0]
+    with h5py.File(f"{work}/oa/{record}") as a, h5py.File(f"{work}/ob/{record}") as b:
+        names, different = [], []
+        a.visititems(lambda name, item: names.append(name) if isinstance(item, h5py.Dataset) else None)
+        for name in names:
+            if not numpy.array_equal(a[name][()], b[name][()]):
+                different.append(name)
+        allowed = [n for n in different if n.startswith("inputs") or n.endswith("source_row")]
+        assert different == allowed, different
+        assert "reduced/source_row" in different and len(names) > 20, (different, len(names))
+
+
+def record_rebuilds_stl_and_finds_sources(work):
+    make_archive(f"{work}/a", ("torus",))
+    os.makedirs(f"{work}/a/text")
+    _, points = read_view(f"{work}/a/torus/s0.ply")
+    with open(f"{work}/a/text/view.xyz", "w") as out:
+        out.write("# one view as text\nx y z\n")
+        out.writelines("%.9g %.9g %.9g\n" % tuple(p) for p in points)
+    run("run", write_job(f"{work}/job.yaml", "a"), "--out", f"{work}/o")
+    for scan in ("torus/plan", "text/view"):
+        folder = f"{work}/o/scans/{scan}"
+        subprocess.run([sys.executable, f"{ROOT}/tests/provenance/check_record.py", f"{folder}/record.h5", "--stl",
+                        f"{folder}/mesh.stl", "--archive", f"{work}/a"], check=True)
+
+
+def bad_files_are_named_and_the_others_go_on(work):
+    make_archive(f"{work}/a")
+    header, points = read_view(f"{work}/a/sphere/s0.ply")
+    bad = {
+        "empty.ply": b"",
+        "cut.ply": header + points.tobytes()[:5000],
+        "lying.ply": header.replace(b"element vertex %d" % len(points), b"element vertex 99999999999") + points.tobytes(),
+        "nan.ply": header + numpy.full_like(points, numpy.nan).tobytes(),
+        "garbage.xyz": b"1 2 3\n4 five 6\n",
+        "short.xyz": b"1 2 3\n4 5\n",
+    }
+    for name, data in bad.items():
+        open(f"{work}/a/{name}", "wb").write(data)
+    shutil.copytree(f"{work}/a/sphere", f"{work}/a/hole")
+    os.remove(f"{work}/a/hole/s3.ply")  # a missing view is a note, the scan goes on
+    text = run("run", write_job(f"{work}/job.yaml", "a"), "--out", f"{work}/o", want=3)
+    for name in bad:
+        lines = [line for line in text.splitlines() if name in line]
+        assert lines, f"no line names {name}:\n{text}"
+    assert "s3.ply" in text, text
+    assert sorted(os.path.dirname(p) for p in results(f"{work}/o") if p.endswith(".h5")) == ["scans/hole/plan", "scans/sphere/plan"]
+    assert "6 failed" in text.splitlines()[-1] and "exit 3" in text.splitlines()[-1], text
+    no_leftovers(f"{work}/o")
+    missing = run("mesh", f"{work}/nothere.ply", "--bin-mm", "1", "-o", f"{work}/x.stl", want=3)
+    assert "nothere.ply" in missing and not os.path.exists(f"{work}/x.stl"), missing
+    os.makedirs(f"{work}/empty")
+    none = run("run", write_job(f"{work}/none.yaml", "empty"), "--out", f"{work}/on", want=2)
+    assert "empty" in none, none
+
+
+def wrong_units_are_refused_with_a_guess(work):
+    make_archive(f"{work}/a")
+    os.makedirs(f"{work}/m")
+    _, points = read_view(f"{work}/a/sphere/s0.ply")
+    with open(f"{work}/m/metres.xyz", "w") as out:
+        out.writelines("%.9g %.9g %.9g\n" % tuple(p / 1000) for p in points)
+    text = run("run", write_job(f"{work}/job.yaml", "m"), "--out", f"{work}/o", want=3)
+    assert "units: m" in text and "metres" in text, text
+    run("run", write_job(f"{work}/job.yaml", "m", "units: m\nlattice: {bin_mm: 1.5}\n"), "--out", f"{work}/o")
+
+
+def changed_and_new_scans_are_redone(work):
+    make_archive(f"{work}/a", ("sphere", "cube"))
+    job = write_job(f"{work}/job.yaml", "a")
+    run("run", job, "--out", f"{work}/o")
+    first = results(f"{work}/o")
+    text = run("run", job, "--out", f"{work}/o", "--explain")
+    assert "2 unchanged" in text.splitlines()[-1], text
+    header, points = read_view(f"{work}/a/cube/s2.ply")
+    moved = points.copy()
+    moved[0, 2] += 0.01
+    open(f"{work}/a/cube/s2.ply", "wb").write(header + moved.tobytes())
+    shutil.copytree(f"{work}/a/sphere", f"{work}/a/third")
+    text = run("run", job, "--out", f"{work}/o", "--explain")
+    assert "1 unchanged, 2 done" in text.splitlines()[-1] and "s2.ply" in text, text
+    now = results(f"{work}/o")
+    assert now["scans/sphere/plan/record.h5"] == first["scans/sphere/plan/record.h5"]
+    assert now["scans/cube/plan/record.h5"] != first["scans/cube/plan/record.h5"]
+    assert now["scans/third/plan/mesh.stl"] == first["scans/sphere/plan/mesh.stl"]
+    state = json.load(open(f"{work}/o/run.json"))
+    assert state["exit"] == 0 and len(state["scans"]) == 3
+
+
+def tools_agree_with_the_job(work):
+    make_archive(f"{work}/a")
+    plan = f"{work}/a/sphere/plan.yaml"
+    run("run", write_job(f"{work}/job.yaml", "a"), "--out", f"{work}/o")
+    wanted = results(f"{work}/o")["scans/sphere/plan/mesh.stl"]
+    run("mesh", plan, "--bin-mm", "1.5", "-o", f"{work}/direct.stl")
+    run("reduce", plan, "--bin-mm", "1.5", "-o", f"{work}/r.ply")
+    run("mesh", f"{work}/r.ply", "--as-is", "-o", f"{work}/as-is.stl")
+    assert open(f"{work}/direct.stl", "rb").read() == wanted
+    assert open(f"{work}/as-is.stl", "rb").read() == wanted
+    run("convert", plan, f"{work}/cloud.ply")
+    run("mesh", f"{work}/cloud.ply", "--bin-mm", "1.5", "-o", f"{work}/cloud.stl")
+    # One posed file knows no view directions; the sphere is closed, so its side follows from its volume.
+    assert len(open(f"{work}/cloud.stl", "rb").read()) == len(wanted)
+    told = json.loads([line for line in run("info", plan, "--json").splitlines() if "size_mm" in line][-1])
+    told = told.get("values", told)
+    assert all(abs(edge - 40) < 1 for edge in told["size_mm"]), told
+    data = open(f"{work}/direct.stl", "rb").read()
+    assert data.startswith(b"scanmill") and len(data) == 84 + 50 * struct.unpack("<I", data[80:84])[0]
+
+
+def front_engine_runs(work):
+    make_archive(f"{work}/a")
+    job = write_job(f"{work}/job.yaml", "a", "profile: paper\nlattice: {bin_mm: 2}\ngrow: {engine: front}\n")
+    run("run", job, "--out", f"{work}/o1", "--threads", 1)
+    run("run", job, "--out", f"{work}/o2", "--threads", 2)
+    assert results(f"{work}/o1") == results(f"{work}/o2")
+    with h5py.File(f"{work}/o1/scans/sphere/plan/record.h5") as record:
+        assert len(record["mesh/triangles"]) > 1500
+
+
+def full_disk_leaves_nothing_partial(work):
+    disk = f"{work}/disk"
+    os.makedirs(disk)
+    if os.geteuid() != 0 or subprocess.run(["mount", "-t", "tmpfs", "-o", "size=300k", "none", disk], capture_output=True).returncode:
+        print("skipped: mounting a small disk needs root")
+        sys.exit(77)
+    try:
+        make_archive(f"{work}/a")
+        text = run("run", write_job(f"{work}/job.yaml", "a"), "--out", f"{disk}/o", want=1)
+        assert "space" in text.lower() and disk in text, text
+        assert results(f"{disk}/o") == {}, results(f"{disk}/o").keys()
+    finally:
+        subprocess.run(["umount", disk], check=True)
+    run("run", f"{work}/job.yaml", "--out", f"{work}/o")
+
+
+if __name__ == "__main__":
+    random.seed(1)
+    with tempfile.TemporaryDirectory(prefix="scanmill-") as place:
+        globals()[sys.argv[1]](place)
