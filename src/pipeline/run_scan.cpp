@@ -54,8 +54,8 @@ void add_notes(const MeshedSurface& surface, const reduce::Report& report, const
                     " points); they are listed in the record under /strays");
   if (!(mesh.offset == Vec3{}))
     notes.push_back("float32 would cost more than a thousandth of the bin edge this far from the origin: the STL is "
-                    "translated by " + number_text(-mesh.offset.x) + " " + number_text(-mesh.offset.y) + " " +
-                    number_text(-mesh.offset.z) + " mm");
+                    "translated by " + number_text(0 - mesh.offset.x) + " " + number_text(0 - mesh.offset.y) + " " +
+                    number_text(0 - mesh.offset.z) + " mm");
 }
 
 }  // namespace
