@@ -58,7 +58,7 @@ Result<std::string> read_all(const ByteSource& source, std::uint64_t limit) {
                 source.name());
   std::string bytes(source.size(), '\0');
   TRY_ASSIGN(const std::size_t got, source.read_at(0, std::span<char>(bytes.data(), bytes.size())));
-  bytes.resize(got);
+  if (got != bytes.size()) return fail(Code::IoFailed, "the file became shorter while it was read", source.name());
   return bytes;
 }
 

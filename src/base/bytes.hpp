@@ -35,9 +35,10 @@ class ByteSink {
 
 /// A source over bytes in memory (tests, embedded documents).
 std::unique_ptr<ByteSource> memory_source(std::string name, std::string bytes);
-/// A sink that appends to `bytes` on commit (tests, reading back).
+/// A sink that puts what was written in the place of `bytes` on commit (tests, reading back).
 std::unique_ptr<ByteSink> memory_sink(std::string name, std::string& bytes);
-/// The whole source as a string; BadInput naming `limit` when it is larger.
+/// The whole source as a string; BadInput naming `limit` when it is larger, IoFailed when it
+/// gives fewer bytes than its size.
 Result<std::string> read_all(const ByteSource& source, std::uint64_t limit);
 
 }  // namespace scanmill

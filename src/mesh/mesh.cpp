@@ -66,12 +66,15 @@ std::vector<std::uint32_t> edge_neighbours(std::size_t vertex_count, std::span<c
     }
   std::vector<std::uint32_t> across(triangles.size() * 3, kNoTriangle);
   for (std::size_t v = 0; v < vertex_count; ++v)
-    for (std::uint32_t i = first[v]; i < first[v + 1]; ++i)
-      for (std::uint32_t j = i + 1; j < first[v + 1]; ++j)
-        if (halves[i].greater == halves[j].greater) {
-          across[halves[i].corner] = halves[j].corner / 3;
-          across[halves[j].corner] = halves[i].corner / 3;
+    for (std::uint32_t i = first[v]; i < first[v + 1]; ++i) {
+      std::uint32_t others = 0, other = 0;
+      for (std::uint32_t j = first[v]; j < first[v + 1]; ++j)
+        if (j != i && halves[i].greater == halves[j].greater) {
+          ++others;
+          other = halves[j].corner / 3;
         }
+      if (others == 1) across[halves[i].corner] = other;
+    }
   return across;
 }
 
@@ -79,30 +82,31 @@ std::vector<BorderLoop> border_loops(const Mesh& mesh) {
   const auto across = edge_neighbours(mesh.positions.size(), mesh.triangles);
   std::vector<std::uint8_t> done(across.size(), 0);
   std::vector<BorderLoop> loops;
-  // The missing triangle's edge runs b -> a for the open half-edge a -> b; the hole's next edge starts at a, in the fan of
-  // this triangle around a: turn over the edges that end in a until the open one is met.
-  auto next = [&](std::uint32_t corner) {
-    std::uint32_t c = corner;
+  auto from = [&](std::uint32_t c) { return mesh.triangles[c / 3][c % 3]; };
+  auto to = [&](std::uint32_t c) { return mesh.triangles[c / 3][(c % 3 + 1) % 3]; };
+  auto far_end = [&](std::uint32_t c, std::uint32_t v) { return from(c) == v ? to(c) : from(c); };
+  // From one open edge at v to the other open edge of the same fan. Triangles are not trusted to agree in direction (the
+  // walk must end on a Moebius strip too): neighbours are mutual, so a fan is a path and this reaches its other end.
+  auto next = [&](std::uint32_t c, std::uint32_t v) {
     for (;;) {
       const std::uint32_t t = c / 3, e = c % 3;
-      const std::uint32_t before = 3 * t + (e + 2) % 3;  // the edge that ends in a
-      if (across[before] == kNoTriangle) return before;
-      const std::uint32_t other = across[before];
-      const std::uint32_t a = mesh.triangles[t][e];
-      std::uint32_t k = 0;
-      while (mesh.triangles[other][k] != a) ++k;
-      c = 3 * other + k;
+      c = 3 * t + (from(c) == v ? (e + 2) % 3 : (e + 1) % 3);
+      if (across[c] == kNoTriangle) return c;
+      const std::uint32_t u = far_end(c, v);
+      c = 3 * across[c];
+      while (!((from(c) == v && to(c) == u) || (from(c) == u && to(c) == v))) ++c;
     }
   };
   for (std::uint32_t start = 0; start < across.size(); ++start) {
     if (across[start] != kNoTriangle || done[start]) continue;
     BorderLoop loop;
-    std::uint32_t c = start;
+    std::uint32_t c = start, v = from(start);  // the missing triangle's edge runs against that of the one that is there
     do {
       done[c] = 1;
-      loop.vertices.push_back(mesh.triangles[c / 3][(c % 3 + 1) % 3]);
-      c = next(c);
-    } while (c != start && !done[c]);
+      loop.vertices.push_back(far_end(c, v));
+      c = next(c, v);
+      v = far_end(c, v);
+    } while (!done[c]);
     std::rotate(loop.vertices.begin(), std::min_element(loop.vertices.begin(), loop.vertices.end()), loop.vertices.end());
     Vec3 sum;
     for (std::size_t i = 0; i < loop.vertices.size(); ++i) {

@@ -31,11 +31,13 @@ struct BorderLoop {
   Vec3 centre;  // mean of the vertices, mm, global frame
 };
 
-/// Triangles across each edge: neighbour[3 t + e] is the triangle over the edge from corner e to corner e+1, or kNoTriangle.
+/// Triangles across each edge: neighbour[3 t + e] is the triangle over the edge from corner e to corner e+1, or kNoTriangle
+/// where there is none or more than one.
 inline constexpr std::uint32_t kNoTriangle = 0xffffffffu;
 std::vector<std::uint32_t> edge_neighbours(std::size_t vertex_count, std::span<const Triangle> triangles);
 
 /// All boundary loops, ordered by least vertex row. At a vertex where several loops meet, each turns to its own fan's end.
+/// Ends on every mesh; where triangles disagree in direction, a loop runs as its first open half-edge says.
 std::vector<BorderLoop> border_loops(const Mesh& mesh);
 
 /// Counts that a sound mesh keeps at zero, and those that describe it. Cost O(F log F).

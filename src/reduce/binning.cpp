@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "reduce/binning.hpp"
 
+#include <atomic>
+#include <limits>
 #include <mutex>
 
 namespace scanmill::reduce {
@@ -14,29 +16,28 @@ std::int64_t floor_to_int(double u) {
   return i - (u < static_cast<double>(i));
 }
 
-/// The first failure in block order, so that the message does not depend on threads.
+/// The first failure in block order, so that the message does not depend on threads: blocks behind a failed one are
+/// skipped, those before it are still read.
 class FirstError {
  public:
   void report(std::size_t block, Error error) {
     std::lock_guard<std::mutex> guard(mutex_);
-    if (!failed_ || block < block_) {
-      error_ = std::move(error);
-      block_ = block;
-      failed_ = true;
-    }
+    if (block >= block_.load(std::memory_order_relaxed)) return;
+    error_ = std::move(error);
+    block_.store(block, std::memory_order_relaxed);
   }
-  bool failed() const { return failed_; }
+  bool is_before(std::size_t block) const { return block_.load(std::memory_order_relaxed) < block; }
   Result<void> take(const Context& context) {
-    if (failed_) return std::move(error_);
+    if (block_.load(std::memory_order_relaxed) != kNone) return std::move(error_);
     if (context.cancel.is_set()) return fail(Code::Cancelled, "stopped on request");
     return {};
   }
 
  private:
+  static constexpr std::size_t kNone = std::numeric_limits<std::size_t>::max();
   std::mutex mutex_;
   Error error_;
-  std::size_t block_ = 0;
-  bool failed_ = false;
+  std::atomic<std::size_t> block_{kNone};
 };
 
 /// Reads every block once, on all workers; body(worker, block) sees a private buffer.
@@ -45,7 +46,7 @@ Result<void> over_blocks(const PointSource& points, const Context& context, Body
   FirstError first;
   std::vector<PointBlock> buffers(static_cast<std::size_t>(context.loop.threads()));
   context.loop.run(points.block_count(), [&](std::size_t number, int worker) {
-    if (context.cancel.is_set() || first.failed()) return;
+    if (context.cancel.is_set() || first.is_before(number)) return;
     PointBlock& block = buffers[static_cast<std::size_t>(worker)];
     auto read = points.read_block(number, block);
     if (read.ok()) read = body(worker, block);
@@ -156,6 +157,11 @@ void bin_block(const PointBlock& block, bool with_moments, PassOne& pass) {
     add_moments(pass.moments[slot], placed.inside[i]);
     if (seen) add_direction(pass.moments[slot], block.view_point, block.positions[i]);
   }
+}
+
+Error changed_between_readings() {
+  return fail(Code::BadInput, "an input changed between the first and the second reading; let it be written to its end "
+                              "and run again");
 }
 
 }  // namespace
@@ -276,7 +282,7 @@ Result<std::vector<Winner>> pick_against(const PointSource& points, const LocalF
     mine.reader->rows_of(mine.placed.bins, mine.placed.slots);
     for (std::size_t i = 0; i < block.positions.size(); ++i) {
       const std::int32_t slot = mine.placed.slots[i];
-      if (slot == kNoSlot) return fail(Code::BadInput, "an input changed between the first and the second reading");
+      if (slot == kNoSlot) return changed_between_readings();
       const auto row = static_cast<std::size_t>(slot);
       const Target& target = targets[row];
       const Vec3 d = block.positions[i] - target.foot;
@@ -293,6 +299,9 @@ Result<std::vector<Winner>> pick_against(const PointSource& points, const LocalF
   for (const Part& part : parts)
     for (std::size_t row = 0; row < part.winners.size(); ++row)
       if (better(part.winners[row], winners[row])) winners[row] = part.winners[row];
+  const double none = Winner().score;
+  for (const Winner& winner : winners)
+    if (winner.score == none) return changed_between_readings();
   return winners;
 }
 

@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "oracle.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <cmath>
+#include <functional>
+#include <tuple>
+
+namespace scanmill::reduce {
+namespace {
+
+/// Where in its bin a point lies, bin edges about the centre; the arithmetic in which distances are compared.
+Vec3 inside_of(Vec3 p, const Lattice& lattice) {
+  auto part = [&](double x, double o) {
+    const double u = (x - o) / lattice.edge_mm;
+    return u - std::floor(u) - 0.5;
+  };
+  return {part(p.x, lattice.origin.x), part(p.y, lattice.origin.y), part(p.z, lattice.origin.z)};
+}
+
+Sample least(const std::vector<Sample>& samples, const std::function<double(Vec3)>& score) {
+  auto rank = [&](const Sample& s) {
+    return std::make_tuple(score(s.position), s.position.x, s.position.y, s.position.z, s.source);
+  };
+  return *std::min_element(samples.begin(), samples.end(),
+                           [&](const Sample& a, const Sample& b) { return rank(a) < rank(b); });
+}
+
+std::int64_t rounded(double x) { return static_cast<std::int64_t>(std::floor(x + 0.5)); }
+
+}  // namespace
+
+OracleBins oracle_bins(const TestCloud& cloud, const Lattice& lattice) {
+  OracleBins bins;
+  for (const Sample& s : cloud.samples) {
+    if (!is_finite(s.position)) continue;
+    OracleBin& bin = bins[bin_of(lattice, s.position)];
+    bin.samples.push_back(s);
+    const Vec3 v = inside_of(s.position, lattice);
+    const std::int64_t c[3] = {rounded(v.x * 1024), rounded(v.y * 1024), rounded(v.z * 1024)};
+    Moments& m = bin.moments;
+    ++m.count;
+    int z = 0;
+    for (int a = 0; a < 3; ++a) {
+      m.sum[a] += c[a];
+      for (int b = a; b < 3; ++b) m.product[z++] += c[a] * c[b];
+    }
+    if (const auto& eye = cloud.views[index_of(s.source.view)].eye) {
+      const Vec3 d = unit(*eye - s.position);
+      m.view_direction[0] += rounded(d.x * 1048576);
+      m.view_direction[1] += rounded(d.y * 1048576);
+      m.view_direction[2] += rounded(d.z * 1048576);
+    }
+  }
+  std::size_t row = 0;
+  for (auto& [key, bin] : bins) bin.row = row++;
+  return bins;
+}
+
+Sample nearest_to_centre(const OracleBin& bin, const Lattice& lattice) {
+  return least(bin.samples, [&](Vec3 p) { return norm2(inside_of(p, lattice)); });
+}
+
+Sample nearest_to_foot(const OracleBin& bin, Vec3 foot, Vec3 normal, bool crease) {
+  return least(bin.samples, [&](Vec3 p) {
+    const double off = dot(p - foot, normal);
+    return crease ? -std::abs(off) : norm2(p - foot) + 3 * off * off;
+  });
+}
+
+std::vector<Drop> oracle_drops(const ReducedCloud& cloud, const OracleBins& bins, const Params& params) {
+  const double h = cloud.lattice.edge_mm;
+  std::vector<Drop> drop(cloud.size(), Drop::Kept);
+  std::vector<std::tuple<double, std::size_t, BinKey>> walk;
+  for (const auto& [key, bin] : bins) {
+    const std::size_t row = bin.row;
+    const double d2 = norm2(cloud.measured[row] - centre_of(cloud.lattice, key));
+    if (std::ssize(bin.samples) < params.min_points_per_bin)
+      drop[row] = Drop::TooFewPoints;
+    else if (!cloud.frame_valid[row])
+      drop[row] = Drop::Isolated;
+    else if (params.max_centre_distance && d2 > *params.max_centre_distance * h * (*params.max_centre_distance * h))
+      drop[row] = Drop::CentreDistance;
+    else
+      walk.emplace_back(params.representative == Representative::Centre ? d2 : cloud.plane_distance[row], row, key);
+  }
+  if (!params.min_neighbour_distance || *params.min_neighbour_distance == 0) return drop;
+  std::sort(walk.begin(), walk.end(), [](const auto& a, const auto& b) {
+    return std::get<0>(a) != std::get<0>(b) ? std::get<0>(a) < std::get<0>(b) : std::get<1>(a) < std::get<1>(b);
+  });
+  const double limit = *params.min_neighbour_distance * h;
+  const auto& place = params.neighbour_positions == NeighbourPositions::Projected ? cloud.projected : cloud.measured;
+  std::vector<std::uint8_t> taken(cloud.size(), 0);
+  for (const auto& [distance, row, key] : walk) {
+    for (int n = 0; n < 125 && drop[row] == Drop::Kept; ++n) {
+      const auto near = bins.find({key.i + n / 25 - 2, key.j + n / 5 % 5 - 2, key.k + n % 5 - 2});
+      if (near == bins.end() || !taken[near->second.row]) continue;
+      const std::size_t other = near->second.row;
+      const bool opposite_sides =
+          cloud.sign_known[row] && cloud.sign_known[other] && dot(cloud.normal[row], cloud.normal[other]) < 0;
+      if (!opposite_sides && norm2(place[other] - place[row]) < limit * limit) drop[row] = Drop::NeighbourDistance;
+    }
+    taken[row] = drop[row] == Drop::Kept;
+  }
+  return drop;
+}
+
+OraclePlane oracle_plane(const OracleBins& bins, const Lattice& lattice, const BinKey& key) {
+  // The integer moments of a bin stand for points; about this bin's centre, weighted exp(-d^2/2) by steps per axis.
+  Eigen::Matrix3d second = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d first = Eigen::Vector3d::Zero();
+  double weight = 0;
+  OraclePlane plane;
+  for (int n = 0; n < 27; ++n) {
+    const Eigen::Vector3d step(n / 9 - 1, n / 3 % 3 - 1, n % 3 - 1);
+    const auto near = bins.find({key.i + n / 9 - 1, key.j + n / 3 % 3 - 1, key.k + n % 3 - 1});
+    if (near == bins.end()) continue;
+    ++plane.bins;
+    const double w = std::exp(-step.squaredNorm() / 2);
+    for (const Sample& s : near->second.samples) {
+      const Vec3 v = inside_of(s.position, lattice);
+      Eigen::Vector3d p(std::floor(v.x * 1024 + 0.5), std::floor(v.y * 1024 + 0.5), std::floor(v.z * 1024 + 0.5));
+      p = p / 1024 + step;
+      weight += w;
+      first += w * p;
+      second += w * p * p.transpose();
+    }
+  }
+  const Eigen::Vector3d mean = first / weight;
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(second / weight - mean * mean.transpose());
+  const Eigen::Vector3d n = solver.eigenvectors().col(0);
+  plane.normal = {n[0], n[1], n[2]};
+  plane.centroid = centre_of(lattice, key) + Vec3{mean[0], mean[1], mean[2]} * lattice.edge_mm;
+  plane.least = std::max(0.0, solver.eigenvalues()[0]);
+  plane.trace = solver.eigenvalues().sum();
+  plane.gap = solver.eigenvalues()[1] - solver.eigenvalues()[0];
+  return plane;
+}
+
+}  // namespace scanmill::reduce
