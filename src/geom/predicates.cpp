@@ -124,13 +124,14 @@ int flat_axis(Vec3 a, Vec3 b, Vec3 c) {
 }
 
 /// True when t lies clearly outside s across one of s's edges, seen along s's normal; shared corners may touch that edge.
-/// `margin` keeps rounding far away: a clear answer here needs no exact test.
+/// The margin is a thousand times what rounding can do: a clear answer here needs no exact test.
 bool clearly_apart(const Corners& s, const Corners& t) {
+  constexpr double kMargin2 = 1e-24;
   const Vec3 n = cross(s.at[1] - s.at[0], s.at[2] - s.at[0]);
-  const double scale = norm2(n);
   for (unsigned e = 0; e < 3; ++e) {
     const unsigned f = (e + 1) % 3;
-    const Vec3 out = cross(s.at[f] - s.at[e], n);  // points away from the triangle
+    const Vec3 edge = s.at[f] - s.at[e], out = cross(edge, n);  // points away from the triangle
+    const double size2 = norm2(edge) * norm2(s.at[1] - s.at[0]) * norm2(s.at[2] - s.at[0]);  // of what out is made of, squared
     bool apart = true;
     unsigned touching = 0;
     for (unsigned k = 0; k < 3 && apart; ++k) {
@@ -138,7 +139,9 @@ bool clearly_apart(const Corners& s, const Corners& t) {
         ++touching;
         continue;
       }
-      apart = dot(t.at[k] - s.at[e], out) > 1e-6 * scale;
+      const Vec3 d = t.at[k] - s.at[e];
+      const double side = dot(d, out);
+      apart = side > 0 && side * side > kMargin2 * norm2(d) * size2;
     }
     if (apart && touching <= 1) return true;
   }

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "mesh/limits.hpp"
 
+#include <cmath>
+
 namespace scanmill {
 
 namespace {
@@ -34,8 +36,7 @@ bool angles_at_least(Vec3 a, Vec3 b, Vec3 c, double cos_min_angle) {
 }
 
 double cos_of_degrees(double degrees) {
-  double x = degrees < 0 ? -degrees : degrees;
-  while (x >= 360) x -= 360;
+  double x = std::fmod(std::abs(degrees), 360.0);  // exact
   if (x > 180) x = 360 - x;
   const bool negative = x > 90;
   if (negative) x = 180 - x;
