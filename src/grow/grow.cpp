@@ -38,6 +38,7 @@ class Grower {
     if (context.cancel.is_set()) return fail(Code::Cancelled, "stopped on request");
     label_components();
     keep_connected_to_seed();
+    join_cut_off();
     if (params_.cover) {
       seed_components();
       join_rest();
@@ -200,35 +201,54 @@ class Grower {
     }
   }
 
-  /// The rest joins triangle by triangle over the flattest edge to a labelled one; islands become patches of their own.
-  void join_rest() {
-    struct Step {
-      double flatness;
-      std::uint32_t triangle, label;
-      bool operator<(const Step& o) const { return flatness != o.flatness ? flatness < o.flatness : triangle > o.triangle; }
-    };
+  struct Step {
+    double flatness;
+    std::uint32_t triangle, label;
+    bool operator<(const Step& o) const { return flatness != o.flatness ? flatness < o.flatness : triangle > o.triangle; }
+  };
+
+  /// Free triangles join one by one over the flattest edge to a labelled one, among the edges that `may_cross` allows.
+  template <class MayCross>
+  void join_over(const std::vector<std::uint32_t>& starts, MayCross may_cross) {
     std::priority_queue<Step> steps;
     auto offer_neighbours = [&](std::uint32_t t) {
-      for (std::size_t e = 0; e < 3; ++e) {
-        const std::uint32_t n = across_[3 * std::size_t{t} + e];
-        if (n != kNoTriangle && label_[n] == kFree) steps.push({dot(normal_[t], normal_[n]), n, label_[t]});
+      for (std::size_t c = 3 * std::size_t{t}; c < 3 * std::size_t{t} + 3; ++c) {
+        const std::uint32_t n = across_[c];
+        if (n != kNoTriangle && label_[n] == kFree && may_cross(c)) steps.push({dot(normal_[t], normal_[n]), n, label_[t]});
       }
     };
+    for (const std::uint32_t t : starts) offer_neighbours(t);
+    while (!steps.empty()) {
+      const Step step = steps.top();
+      steps.pop();
+      if (label_[step.triangle] != kFree) continue;
+      label_[step.triangle] = step.label;
+      offer_neighbours(step.triangle);
+    }
+  }
+
+  std::vector<std::uint32_t> labelled() const {
+    std::vector<std::uint32_t> list;
     for (std::uint32_t t = 0; t < faces(); ++t)
-      if (label_[t] != kFree) offer_neighbours(t);
+      if (label_[t] != kFree) list.push_back(t);
+    return list;
+  }
+
+  /// What is cut off from its own seed is still reached from its component's other seeds.
+  void join_cut_off() {
+    join_over(labelled(), [&](std::size_t c) { return !closed_[c]; });
+  }
+
+  /// The rest joins over closed edges too; islands become patches of their own.
+  void join_rest() {
+    std::vector<std::uint32_t> starts = labelled();
     for (std::uint32_t island = 0;;) {
-      while (!steps.empty()) {
-        const Step step = steps.top();
-        steps.pop();
-        if (label_[step.triangle] != kFree) continue;
-        label_[step.triangle] = step.label;
-        offer_neighbours(step.triangle);
-      }
+      join_over(starts, [](std::size_t) { return true; });
       while (island < faces() && label_[island] != kFree) ++island;
       if (island == faces()) return;
       label_[island] = static_cast<std::uint32_t>(seeds_.size());
       seeds_.push_back({centroid_[island], island, SeedOrigin::Component});
-      offer_neighbours(island);
+      starts.assign(1, island);
     }
   }
 
