@@ -131,7 +131,7 @@ class Checker {
     const double c[3] = {p.x, p.y, p.z};
     for (std::size_t k = 0; k < 3; ++k) {
       const double scaled = c[k] / kGrid;
-      if (scaled != std::floor(scaled) || std::abs(c[k]) > 1024)
+      if (scaled != std::floor(scaled) || std::abs(c[k]) > 2048)
         fault(found_.bad_indices, "coordinate " + std::to_string(c[k]) + " is off the grid");
       w[k] = static_cast<std::int64_t>(scaled);
     }

@@ -31,7 +31,7 @@ struct MeshFindings {
 std::ostream& operator<<(std::ostream& out, const MeshFindings& findings);
 
 /// Crossing: two triangles share a point outside their common vertices and edges. Positions must lie on the grid of
-/// shapes.hpp below 1024 mm (a coordinate that does not is a bad index, so that no test passes unjudged).
+/// shapes.hpp below 2048 mm (a coordinate that does not is a bad index, so that no test passes unjudged).
 MeshFindings check_mesh(std::span<const Vec3> positions, std::span<const Triangle> triangles, double longest_mm,
                         double least_angle_deg);
 

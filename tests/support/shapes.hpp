@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Seeded clouds of known shapes. Every coordinate is a multiple of 2^-12 mm and below 1024 mm, so float32 holds it
+// Seeded clouds of known shapes. Every coordinate is a multiple of 2^-12 mm and below 2048 mm, so float32 holds it
 // exactly and the checker can work in integers.
 #pragma once
 #include <cstdint>
