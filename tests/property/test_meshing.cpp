@@ -58,9 +58,9 @@ void expect_own_counts_agree(const Meshed& meshed, const MeshFindings& found) {
         << "a vertex that was not measured";
 }
 
-class EveryMesh : public testing::TestWithParam<std::size_t> {};
+class OnShapes : public testing::TestWithParam<std::size_t> {};
 
-TEST_P(EveryMesh, KeepsItsPromises) {
+TEST_P(OnShapes, KeepsItsPromises) {
   const Shape& shape = shapes()[GetParam()];
   for (const double bin : kBins)
     for (const double noise : kNoises)
@@ -82,12 +82,35 @@ TEST_P(EveryMesh, KeepsItsPromises) {
       }
 }
 
-INSTANTIATE_TEST_SUITE_P(Shapes, EveryMesh, testing::Range<std::size_t>(0, shapes().size()), [](const auto& instance) {
-  std::string name = shapes()[instance.param].name;
-  for (char& c : name)
-    if (std::isalnum(static_cast<unsigned char>(c)) == 0) c = '_';
-  return name;
-});
+/// The zeros hold under any limits, those included at which reach and windows change their width in bins.
+TEST(EveryMesh, KeepsTheZerosUnderOtherLimits) {
+  struct Limits {
+    double g1, g2;
+  };
+  for (const char* name : {"box", "step", "touching spheres", "noise ball"})
+    for (const Limits limits : {Limits{1, 5}, Limits{1.7320, 20}, Limits{2.5, 0}, Limits{2.5, 35}, Limits{0.3, 5}}) {
+      SCOPED_TRACE(std::string(name) + ", g1 " + std::to_string(limits.g1) + ", g2 " + std::to_string(limits.g2));
+      pipeline::What what = what_of(1.25);
+      what.grow.range_bins = limits.g1;
+      what.grow.min_angle_deg = limits.g2;
+      const auto meshed = mesh_points(with_noise(shape_named(name).points(1.25), 0.15, 9), what);
+      if (!meshed.ok()) {
+        EXPECT_EQ(meshed.error().code, Code::BadInput) << "no triangle at all is an honest answer";
+        EXPECT_LT(limits.g1, 0.5);
+        continue;
+      }
+      const MeshFindings found = judge(*meshed, what);
+      EXPECT_TRUE(found.sound()) << found;
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(EveryMesh, OnShapes, testing::Range<std::size_t>(0, shapes().size()),
+                         [](const auto& instance) {
+                           std::string name = shapes()[instance.param].name;
+                           for (char& c : name)
+                             if (std::isalnum(static_cast<unsigned char>(c)) == 0) c = '_';
+                           return name;
+                         });
 
 }  // namespace
 }  // namespace scanmill::support
