@@ -14,6 +14,7 @@ namespace {
 
 constexpr double kFarthestSeed = 10;       // bins
 constexpr float kLeastPeak = 0.005f;       // variation below which a place is flat
+constexpr double kLeastInner = 0.2;        // share of triangles away from closed edges; a face of 3 x 3 bins has a third
 constexpr std::uint32_t kFree = kNoTriangle;
 
 struct Seed {
@@ -37,6 +38,7 @@ class Grower {
     if (context.cancel.is_set()) return fail(Code::Cancelled, "stopped on request");
     label_components();
     keep_connected_to_seed();
+    join_cut_off();
     if (params_.cover) {
       seed_components();
       join_rest();
@@ -58,13 +60,48 @@ class Grower {
     }
   }
 
+  /// Triangles at each vertex, ascending.
+  void list_fans() {
+    first_.assign(in_.positions.size() + 1, 0);
+    for (const Triangle& t : in_.triangles)
+      for (const std::uint32_t v : t) ++first_[v + 1];
+    std::partial_sum(first_.begin(), first_.end(), first_.begin());
+    fan_.resize(faces() * 3);
+    std::vector<std::uint32_t> next(first_.begin(), first_.end() - 1);
+    for (std::uint32_t t = 0; t < faces(); ++t)
+      for (const std::uint32_t v : in_.triangles[t]) fan_[next[v]++] = t;
+  }
+
+  /// The patch's normal at an edge, seen from the triangle that stands before it (the paper's local normal): the mean of the
+  /// triangles that touch the edge's ends on this side of it and agree with that triangle. One triangle of a chamfer cannot turn it, so a patch does not
+  /// creep round a rounded edge in small steps.
+  Vec3 normal_before(std::size_t corner) const {
+    const Triangle& t = in_.triangles[corner / 3];
+    const std::uint32_t a = t[corner % 3], b = t[(corner % 3 + 1) % 3];
+    const Vec3 middle = (in_.positions[a] + in_.positions[b]) * 0.5, inward = centroid_[corner / 3] - centroid_[across_[corner]];
+    Vec3 sum = normal_[corner / 3];
+    for (const std::uint32_t v : {a, b})
+      for (std::uint32_t k = first_[v]; k < first_[v + 1]; ++k) {
+        const std::uint32_t n = fan_[k];
+        if (n == corner / 3 || n == across_[corner] || dot(centroid_[n] - middle, inward) <= 0) continue;
+        if (normals_agree(normal_[n], normal_[corner / 3], in_.min_normal_dot)) sum += normal_[n];
+      }
+    return unit(sum);
+  }
+
+  /// g3 from either side: a triangle is refused where its normal differs too much from the patch's before the edge.
   void close_edges() {
+    list_fans();
     closed_.assign(faces() * 3, 0);
+    std::vector<std::uint8_t> refused(faces() * 3, 0);
+    for (std::size_t c = 0; c < closed_.size(); ++c)
+      if (across_[c] != kNoTriangle) refused[c] = !normals_agree(normal_[across_[c]], normal_before(c), in_.min_normal_dot);
     for (std::size_t c = 0; c < closed_.size(); ++c) {
       if (across_[c] == kNoTriangle) continue;
-      if (normals_agree(normal_[c / 3], normal_[across_[c]], in_.min_normal_dot)) continue;
-      closed_[c] = 1;
-      out_.refused_normal += across_[c] > c / 3;
+      std::size_t back = 3 * std::size_t{across_[c]};
+      while (across_[back] != c / 3) ++back;
+      closed_[c] = refused[c] || refused[back];
+      out_.refused_normal += closed_[c] && across_[c] > c / 3;
     }
   }
 
@@ -180,18 +217,20 @@ class Grower {
     label_.swap(reached);
   }
 
-  /// Components without a seed get one, unless they are small or crease strips (every triangle touches a closed edge).
+  /// Components without a seed get one, unless they are small or crease strips (nearly every triangle touches a closed
+  /// edge).
   void seed_components() {
     std::vector<std::uint8_t> met(faces(), 0);
     for (std::uint32_t t = 0; t < faces(); ++t) {
       if (label_[t] != kFree || met[t] || cut_off_[t]) continue;
       flood(t, [&](std::uint32_t n) { return !met[n]; }, [&](std::uint32_t n) { met[n] = 1; });
-      bool strip = true;
+      std::size_t inner = 0;
       std::uint32_t peak = t;
       for (const std::uint32_t n : queue_) {
-        strip = strip && (closed_[3 * std::size_t{n}] || closed_[3 * std::size_t{n} + 1] || closed_[3 * std::size_t{n} + 2]);
+        inner += !(closed_[3 * std::size_t{n}] || closed_[3 * std::size_t{n} + 1] || closed_[3 * std::size_t{n} + 2]);
         if (in_.variation[in_.triangles[n][0]] > in_.variation[in_.triangles[peak][0]]) peak = n;
       }
+      const bool strip = static_cast<double>(inner) < kLeastInner * static_cast<double>(queue_.size());
       if (strip || queue_.size() < static_cast<std::size_t>(in_.min_patch_triangles)) continue;
       const auto s = static_cast<std::uint32_t>(seeds_.size());
       seeds_.push_back({centroid_[peak], peak, SeedOrigin::Component});
@@ -199,51 +238,67 @@ class Grower {
     }
   }
 
-  /// The rest joins in rounds, each free triangle over its flattest edge to a triangle that was labelled before the round;
-  /// islands become patches of their own.
-  void join_rest() {
+  /// Free triangles join in rounds, each over its flattest edge to a triangle that was labelled before the round, among the
+  /// edges that `may_cross` allows.
+  template <class MayCross>
+  void join_over(const std::vector<std::uint32_t>& starts, MayCross may_cross) {
     std::vector<std::uint32_t> border, next, chosen;
-    std::vector<std::uint8_t> listed(faces(), 0);
     auto list_neighbours = [&](std::uint32_t t, std::vector<std::uint32_t>& out) {
-      for (std::size_t e = 0; e < 3; ++e) {
-        const std::uint32_t n = across_[3 * std::size_t{t} + e];
-        if (n == kNoTriangle || label_[n] != kFree || listed[n]) continue;
-        listed[n] = 1;
-        out.push_back(n);
+      for (std::size_t c = 3 * std::size_t{t}; c < 3 * std::size_t{t} + 3; ++c) {
+        const std::uint32_t n = across_[c];
+        if (n != kNoTriangle && label_[n] == kFree && may_cross(c)) out.push_back(n);
       }
     };
-    for (std::uint32_t t = 0; t < faces(); ++t)
-      if (label_[t] != kFree) list_neighbours(t, border);
-    for (std::uint32_t island = 0;;) {
-      while (!border.empty()) {
-        chosen.clear();
-        for (const std::uint32_t t : border) chosen.push_back(flattest_label(t));
-        for (std::size_t k = 0; k < border.size(); ++k) label_[border[k]] = chosen[k];
-        next.clear();
-        for (const std::uint32_t t : border) list_neighbours(t, next);
-        border.swap(next);
+    auto flattest_label = [&](std::uint32_t t) {
+      double flattest = -2;
+      std::uint32_t label = kFree;
+      for (std::size_t c = 3 * std::size_t{t}; c < 3 * std::size_t{t} + 3; ++c) {
+        const std::uint32_t n = across_[c];
+        if (n == kNoTriangle || label_[n] == kFree || !may_cross(c)) continue;
+        const double d = dot(normal_[t], normal_[n]);
+        if (d > flattest || (d == flattest && label_[n] < label)) {
+          flattest = d;
+          label = label_[n];
+        }
       }
+      return label;
+    };
+    for (const std::uint32_t t : starts) list_neighbours(t, border);
+    while (!border.empty()) {
+      std::sort(border.begin(), border.end());
+      border.erase(std::unique(border.begin(), border.end()), border.end());
+      chosen.clear();
+      for (const std::uint32_t t : border) chosen.push_back(flattest_label(t));
+      for (std::size_t k = 0; k < border.size(); ++k) label_[border[k]] = chosen[k];
+      next.clear();
+      for (const std::uint32_t t : border) list_neighbours(t, next);
+      border.swap(next);
+    }
+  }
+
+  std::vector<std::uint32_t> labelled() const {
+    std::vector<std::uint32_t> list;
+    for (std::uint32_t t = 0; t < faces(); ++t)
+      if (label_[t] != kFree) list.push_back(t);
+    return list;
+  }
+
+  /// What is cut off from its own seed is still reached from its component's other seeds.
+  void join_cut_off() {
+    join_over(labelled(), [&](std::size_t c) { return !closed_[c]; });
+  }
+
+  /// The rest joins over closed edges too; islands become patches of their own.
+  void join_rest() {
+    std::vector<std::uint32_t> starts = labelled();
+    for (std::uint32_t island = 0;;) {
+      join_over(starts, [](std::size_t) { return true; });
       while (island < faces() && label_[island] != kFree) ++island;
       if (island == faces()) return;
       label_[island] = static_cast<std::uint32_t>(seeds_.size());
       seeds_.push_back({centroid_[island], island, SeedOrigin::Component});
-      list_neighbours(island, border);
+      starts.assign(1, island);
     }
-  }
-
-  std::uint32_t flattest_label(std::uint32_t t) const {
-    double flattest = -2;
-    std::uint32_t label = kFree;
-    for (std::size_t e = 0; e < 3; ++e) {
-      const std::uint32_t n = across_[3 * std::size_t{t} + e];
-      if (n == kNoTriangle || label_[n] == kFree) continue;
-      const double d = dot(normal_[t], normal_[n]);
-      if (d > flattest || (d == flattest && label_[n] < label)) {
-        flattest = d;
-        label = label_[n];
-      }
-    }
-    return label;
   }
 
   Patches finish() {
@@ -290,6 +345,7 @@ class Grower {
   const SeedParams& params_;
   Patches out_;
   std::vector<std::uint32_t> across_, component_, label_, queue_;
+  std::vector<std::uint32_t> first_, fan_;
   std::vector<Vec3> normal_, centroid_;
   std::vector<std::uint8_t> closed_, cut_off_;
   std::vector<Seed> seeds_;

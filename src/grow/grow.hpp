@@ -44,7 +44,7 @@ struct Patches {
 
 /// Label triangles by patch.
 ///
-/// errors  BadParameter when a given seed is farther than 10 bins from every vertex (says which and how far), or when
+/// errors  BadParameter when a given seed is farther than 10 bins from every triangle's centroid (says which and how far), or when
 ///         `cover` is false without given seeds
 /// ties    a triangle of a component with several seeds: nearest centroid (squared distance, seed number); what is cut off
 ///         or too small joins over the flattest edge (dot, patch number)

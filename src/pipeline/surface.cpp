@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "front/front.hpp"
 
@@ -80,6 +81,21 @@ Result<Grown> grow_by_front(const reduce::ReducedCloud& cloud, const Written& w,
   return grown;
 }
 
+/// Counts, areas and border lengths of the patches of a mesh whose every triangle has one.
+void measure_patches(const Mesh& mesh, grow::Patches& out) {
+  for (grow::Patch& patch : out.patches) patch.triangles = 0, patch.area_mm2 = patch.border_mm = 0;
+  const auto across = edge_neighbours(mesh.positions.size(), mesh.triangles);
+  for (std::size_t c = 0; c < across.size(); ++c) {
+    grow::Patch& patch = out.patches[out.patch[c / 3]];
+    const Triangle& t = mesh.triangles[c / 3];
+    const Vec3 a = mesh.positions[t[c % 3]], b = mesh.positions[t[(c % 3 + 1) % 3]];
+    if (across[c] == kNoTriangle || out.patch[across[c]] != out.patch[c / 3]) patch.border_mm += norm(b - a);
+    if (c % 3 != 0) continue;
+    ++patch.triangles;
+    patch.area_mm2 += norm(cross(mesh.positions[t[1]] - mesh.positions[t[0]], mesh.positions[t[2]] - mesh.positions[t[0]])) / 2;
+  }
+}
+
 /// Patches as the front engine grew them, in the numbering of the merged mesh.
 grow::Patches patches_of_fronts(const Mesh& mesh, const Grown& grown) {
   grow::Patches out;
@@ -91,17 +107,18 @@ grow::Patches patches_of_fronts(const Mesh& mesh, const Grown& grown) {
     out.patches.push_back({grown.seeds[s] + mesh.offset, grow::SeedOrigin::Given, 0, 0, 0});
   }
   for (const std::uint32_t patch : mesh.patch) out.patch.push_back(number[patch]);
-  const auto across = edge_neighbours(mesh.positions.size(), mesh.triangles);
-  for (std::size_t c = 0; c < across.size(); ++c) {
-    grow::Patch& patch = out.patches[out.patch[c / 3]];
-    const Triangle& t = mesh.triangles[c / 3];
-    const Vec3 a = mesh.positions[t[c % 3]], b = mesh.positions[t[(c % 3 + 1) % 3]];
-    if (across[c] == kNoTriangle || out.patch[across[c]] != out.patch[c / 3]) patch.border_mm += norm(b - a);
-    if (c % 3 != 0) continue;
-    ++patch.triangles;
-    patch.area_mm2 += norm(cross(mesh.positions[t[1]] - mesh.positions[t[0]], mesh.positions[t[2]] - mesh.positions[t[0]])) / 2;
-  }
+  measure_patches(mesh, out);
   return out;
+}
+
+/// Ranks count from 0 again in each patch, in the same order.
+void close_ranks(grow::Patches& patches) {
+  std::vector<std::uint32_t> order(patches.rank.size()), next(patches.patches.size(), 0);
+  std::iota(order.begin(), order.end(), 0u);
+  std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
+    return patches.rank[a] != patches.rank[b] ? patches.rank[a] < patches.rank[b] : a < b;
+  });
+  for (const std::uint32_t t : order) patches.rank[t] = next[patches.patch[t]]++;
 }
 
 /// Removes the triangles that no given seed reached (`cover: false`) and numbers the vertices again. Where that cuts a
@@ -116,10 +133,7 @@ void keep_reached(MeshedSurface& out) {
   }
   const auto stays = single_fan_triangles(out.mesh.positions.size(), reached);
   for (std::size_t k = 0; k < at.size(); ++k)
-    if (!stays[k]) {
-      --out.patches.patches[out.patches.patch[at[k]]].triangles;
-      out.patches.patch[at[k]] = kNoTriangle;
-    }
+    if (!stays[k]) out.patches.patch[at[k]] = kNoTriangle;
   Mesh kept;
   kept.offset = out.mesh.offset;
   std::vector<std::uint32_t> vertex(out.mesh.positions.size(), kNoTriangle), rows, patch, rank;
@@ -143,6 +157,8 @@ void keep_reached(MeshedSurface& out) {
   out.vertex_row = std::move(rows);
   out.patches.patch = std::move(patch);
   out.patches.rank = std::move(rank);
+  measure_patches(out.mesh, out.patches);
+  close_ranks(out.patches);
 }
 
 }  // namespace

@@ -105,18 +105,21 @@ std::vector<Drop> oracle_drops(const ReducedCloud& cloud, const OracleBins& bins
   return drop;
 }
 
-OraclePlane oracle_plane(const OracleBins& bins, const Lattice& lattice, const BinKey& key) {
-  // The integer moments of a bin stand for points; about this bin's centre, weighted exp(-d^2/2) by steps per axis.
+OraclePlane oracle_plane(const OracleBins& bins, const Lattice& lattice, const BinKey& key, int radius) {
+  // The integer moments of a bin stand for points; about this bin's centre, weighted exp(-d^2/2) by steps per
+  // axis (3x3x3) or exp(-d^2/4.5) (5x5x5).
   Eigen::Matrix3d second = Eigen::Matrix3d::Zero();
   Eigen::Vector3d first = Eigen::Vector3d::Zero();
   double weight = 0;
   OraclePlane plane;
-  for (int n = 0; n < 27; ++n) {
-    const Eigen::Vector3d step(n / 9 - 1, n / 3 % 3 - 1, n % 3 - 1);
-    const auto near = bins.find({key.i + n / 9 - 1, key.j + n / 3 % 3 - 1, key.k + n % 3 - 1});
+  const int side = 2 * radius + 1;
+  for (int n = 0; n < side * side * side; ++n) {
+    const int di = n / (side * side) - radius, dj = n / side % side - radius, dk = n % side - radius;
+    const Eigen::Vector3d step(di, dj, dk);
+    const auto near = bins.find({key.i + di, key.j + dj, key.k + dk});
     if (near == bins.end()) continue;
     ++plane.bins;
-    const double w = std::exp(-step.squaredNorm() / 2);
+    const double w = std::exp(-step.squaredNorm() / (radius == 1 ? 2 : 4.5));
     for (const Sample& s : near->second.samples) {
       const Vec3 v = inside_of(s.position, lattice);
       Eigen::Vector3d p(std::floor(v.x * 1024 + 0.5), std::floor(v.y * 1024 + 0.5), std::floor(v.z * 1024 + 0.5));

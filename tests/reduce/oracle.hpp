@@ -37,6 +37,6 @@ struct OraclePlane {
   double least = 0, trace = 0, gap = 0;
   int bins = 0;
 };
-OraclePlane oracle_plane(const OracleBins& bins, const Lattice& lattice, const BinKey& key);
+OraclePlane oracle_plane(const OracleBins& bins, const Lattice& lattice, const BinKey& key, int radius);
 
 }  // namespace scanmill::reduce

@@ -24,12 +24,12 @@ Reduction reduced(const PointSource& points, double bin_mm, const Params& params
 }
 
 /// Frames from the oracle's moments, to give the oracle of the next step exact input.
-Frames frames_from(const OracleBins& bins, const ReducedCloud& cloud) {
+Frames frames_from(const OracleBins& bins, const ReducedCloud& cloud, int radius) {
   std::vector<Moments> moments;
   for (const auto& [key, bin] : bins) moments.push_back(bin.moments);
   const ChunkLoop loop(1);
   const CancelFlag cancel;
-  return frames_of(cloud, moments, {loop, cancel});
+  return frames_of(cloud, moments, radius, 1, {loop, cancel});
 }
 
 void expect_rows(const OracleBins& bins, const ReducedCloud& cloud) {
@@ -63,7 +63,7 @@ void expect_oracle(const TestCloud& cloud, const Params& params, const Reduction
   const ReducedCloud& c = reduction.cloud;
   const OracleBins bins = oracle_bins(cloud, c.lattice);
   ASSERT_NO_FATAL_FAILURE(expect_rows(bins, c));
-  const Frames frames = frames_from(bins, c);
+  const Frames frames = frames_from(bins, c, reduction.report.frame_radius);
   EXPECT_EQ(frames.median_residual, reduction.report.median_residual);
   const double crease_from = std::max(2.5 * frames.median_residual, 0.2);
   for (const auto& [key, bin] : bins) {
@@ -146,7 +146,7 @@ TEST(Frames, AreThePlanesOfTheWeightedMoments) {
     const OracleBins bins = oracle_bins(cloud, c.lattice);
     ASSERT_EQ(bins.size(), c.size());
     for (const auto& [key, bin] : bins) {
-      const OraclePlane plane = oracle_plane(bins, c.lattice, key);
+      const OraclePlane plane = oracle_plane(bins, c.lattice, key, reduction.report.frame_radius);
       EXPECT_EQ(c.frame_valid[bin.row], plane.bins >= 4 && plane.trace > 0.05);
       EXPECT_NEAR(c.residual[bin.row], std::sqrt(plane.least), 1e-6);
       EXPECT_NEAR(norm(c.normal[bin.row]), 1, 1e-14);

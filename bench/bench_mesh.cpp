@@ -1,0 +1,237 @@
+// SPDX-License-Identifier: Apache-2.0
+// How fast do kept points become a mesh, and where does the time go?
+//   bench_mesh FILE.ply --bin H [--threads N] [--repeat R] [--engine stars|front] [--profile scan|paper] [--json]
+//              [--stl OUT] [--kept OUT.ply] [--rivals DIR]
+// The mesh of every repetition must be the same and sound; medians of CPU seconds are printed. --rivals runs
+// DIR/cgal_mesh --method advancing_front on the kept points in between, so that both meet the same machine.
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <fstream>
+#include <map>
+#include <string>
+
+#include "export/writers.hpp"
+#include "formats/view_reader.hpp"
+#include "pipeline/surface.hpp"
+#include "store/files.hpp"
+
+namespace {
+
+using namespace scanmill;
+
+double cpu_seconds() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<double>(usage.ru_utime.tv_sec + usage.ru_stime.tv_sec) +
+         1e-6 * static_cast<double>(usage.ru_utime.tv_usec + usage.ru_stime.tv_usec);
+}
+
+double peak_mib() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<double>(usage.ru_maxrss) / 1024;
+}
+
+double median(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  return values.empty() ? 0 : values[values.size() / 2];
+}
+
+/// CPU seconds from one announced stage to the next.
+class StageClock final : public Progress {
+ public:
+  void stage(std::string_view name, std::uint64_t, std::uint64_t) override {
+    stop();
+    running_ = name;
+    since_ = cpu_seconds();
+  }
+  void stop() {
+    if (!running_.empty()) spent[running_] += cpu_seconds() - since_;
+    running_.clear();
+  }
+  std::map<std::string, double> spent;
+
+ private:
+  std::string running_;
+  double since_ = 0;
+};
+
+struct Options {
+  std::string file, rivals, stl, kept;
+  pipeline::What what;
+  int threads = 1, repeat = 5;
+  bool json = false;
+};
+
+int usage() {
+  std::fputs(
+      "bench_mesh FILE.ply --bin H [--threads N] [--repeat R] [--engine stars|front] [--profile scan|paper] [--json] "
+      "[--stl OUT] [--kept OUT.ply] [--rivals DIR]\n",
+      stderr);
+  return 2;
+}
+
+bool parse(int argc, char** argv, Options& options) {
+  for (int i = 1; i < argc; ++i) {
+    const std::string word = argv[i];
+    if (word == "--json") {
+      options.json = true;
+    } else if (word.starts_with("--")) {
+      if (i + 1 == argc) return false;
+      const std::string value = argv[++i];
+      if (word == "--bin")
+        options.what.lattice.bin_mm = std::atof(value.c_str());
+      else if (word == "--threads")
+        options.threads = std::max(1, std::atoi(value.c_str()));
+      else if (word == "--repeat")
+        options.repeat = std::max(1, std::atoi(value.c_str()));
+      else if (word == "--rivals")
+        options.rivals = value;
+      else if (word == "--stl")
+        options.stl = value;
+      else if (word == "--kept")
+        options.kept = value;
+      else if (word == "--engine")
+        options.what.grow.engine = value == "front" ? Engine::Front : Engine::Stars;
+      else if (word == "--profile" && value == "paper") {
+        options.what.reduce = reduce::Params::paper();
+        options.what.grow.range_bins = 2;
+        options.what.lattice.origin = reduce::Origin::Bounds;
+      } else if (word != "--profile")
+        return false;
+    } else {
+      options.file = word;
+    }
+  }
+  return !options.file.empty() && options.what.lattice.bin_mm.has_value();
+}
+
+Result<std::vector<Vec3>> read_points(const std::string& file) {
+  TRY_ASSIGN(std::shared_ptr<const ByteSource> source, store::open_file(file, file));
+  TRY_ASSIGN(const auto reader, formats::open_view(source));
+  std::vector<Vec3> points;
+  PointBlock block;
+  for (std::size_t b = 0; b < reader->block_count(); ++b) {
+    block.clear();
+    TRY(reader->read_block(b, block));
+    points.insert(points.end(), block.positions.begin(), block.positions.end());
+  }
+  return points;
+}
+
+std::size_t write_kept(const reduce::ReducedCloud& cloud, const std::string& file) {
+  std::vector<float> values;
+  for (std::size_t row = 0; row < cloud.size(); ++row) {
+    if (cloud.drop[row] != reduce::Drop::Kept) continue;
+    const Vec3 p = cloud.measured[row];
+    for (const double c : {p.x, p.y, p.z}) values.push_back(static_cast<float>(c));
+  }
+  std::ofstream out(file, std::ios::binary);
+  out << "ply\nformat binary_little_endian 1.0\nelement vertex " << values.size() / 3
+      << "\nproperty float x\nproperty float y\nproperty float z\nend_header\n";
+  out.write(reinterpret_cast<const char*>(values.data()), static_cast<std::streamsize>(values.size() * sizeof(float)));
+  return values.size() / 3;
+}
+
+/// CPU seconds the rival says its computing took (reading and writing apart); negative when it failed.
+double run_rival(const std::string& folder, const std::string& kept) {
+  const std::string command =
+      "'" + folder + "/cgal_mesh' --method advancing_front --in '" + kept + "' --out '" + kept + ".rival.ply'";
+  std::FILE* pipe = popen(command.c_str(), "r");
+  if (pipe == nullptr) return -1;
+  std::string said;
+  for (int c = std::fgetc(pipe); c != EOF; c = std::fgetc(pipe)) said += static_cast<char>(c);
+  const std::string key = "\"compute_cpu_s\":";
+  const std::size_t at = said.find(key);
+  return pclose(pipe) == 0 && at != std::string::npos ? std::atof(said.c_str() + at + key.size()) : -1;
+}
+
+Result<void> write_stl(const Mesh& mesh, const std::string& file) {
+  TRY_ASSIGN(const auto sink, store::create_file(file));
+  TRY(exporting::write_stl(mesh, *sink));
+  return sink->commit();
+}
+
+int failed(const Error& error) {
+  std::fprintf(stderr, "bench_mesh: %s\n", error.text().c_str());
+  return 1;
+}
+
+void print(const Options& options, const pipeline::MeshedSurface& mesh, std::size_t kept, double reduce_cpu,
+           std::map<std::string, std::vector<double>>& stages, double wall, double rival) {
+  double cpu = 0;
+  for (const auto& [name, times] : stages) cpu += median(times);
+  const TopologyCounts counts = topology_of(mesh.mesh);
+  const double rate = static_cast<double>(kept) / cpu;
+  const char* line =
+      options.json
+          ? "{\"type\":\"bench_mesh\",\"kept\":%zu,\"used\":%llu,\"triangles\":%llu,\"boundary_edges\":%llu,"
+            "\"loops\":%llu,\"components\":%llu,\"patches\":%zu,\"mesh_cpu_s\":%.4f,\"wall_s\":%.4f,"
+            "\"kept_per_cpu_s\":%.0f,\"reduce_cpu_s\":%.4f,\"peak_mib\":%.0f"
+          : "kept %zu, used %llu, triangles %llu, boundary edges %llu in %llu loops, components %llu, patches %zu\n"
+            "mesh %.4f CPU s, %.4f s wall, %.0f kept points per CPU s; reduce %.4f CPU s; peak %.0f MiB\n";
+  std::printf(line, kept, static_cast<unsigned long long>(mesh.kept_used),
+              static_cast<unsigned long long>(counts.triangles), static_cast<unsigned long long>(counts.boundary_edges),
+              static_cast<unsigned long long>(counts.boundary_loops),
+              static_cast<unsigned long long>(counts.components), mesh.patches.patches.size(), cpu, wall, rate,
+              reduce_cpu, peak_mib());
+  for (const auto& [name, times] : stages)
+    std::printf(options.json ? ",\"%s_cpu_s\":%.4f" : "  %-6s %.4f CPU s\n", name.c_str(), median(times));
+  if (rival > 0)
+    std::printf(options.json ? ",\"advancing_front_cpu_s\":%.4f,\"ratio\":%.2f"
+                             : "advancing front %.4f CPU s, %.2f times ours\n",
+                rival, rival / cpu);
+  std::printf(options.json ? "}\n" : "");
+}
+
+int run(const Options& options) {
+  const ChunkLoop loop(options.threads);
+  const CancelFlag cancel;
+  const Context context{loop, cancel};
+  auto points = read_points(options.file);
+  if (!points) return failed(points.error());
+  const MemoryPoints source(std::move(*points));
+  const double start = cpu_seconds();
+  const auto reduced = reduce::reduce_cloud(source, options.what.lattice, options.what.reduce, context);
+  if (!reduced) return failed(reduced.error());
+  const double reduce_cpu = cpu_seconds() - start;
+  const std::string kept_file = !options.kept.empty() ? options.kept : options.file + ".kept.ply";
+  std::size_t kept = reduced->report.kept;
+  if (!options.rivals.empty() || !options.kept.empty()) kept = write_kept(reduced->cloud, kept_file);
+  std::map<std::string, std::vector<double>> stages;
+  std::vector<double> walls, rivals;
+  std::optional<pipeline::MeshedSurface> first;
+  for (int n = 0; n < options.repeat; ++n) {
+    StageClock clock;
+    const auto began = std::chrono::steady_clock::now();
+    auto mesh = pipeline::mesh_surface(reduced->cloud, reduced->report.bounds, options.what, context, clock);
+    walls.push_back(std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count());
+    clock.stop();
+    if (!mesh) return failed(mesh.error());
+    for (const auto& [name, spent] : clock.spent) stages[name].push_back(spent);
+    if (first && first->mesh.triangles != mesh->mesh.triangles)
+      return failed(fail(Code::Internal, "two runs gave two meshes"));
+    if (!first) first = std::move(*mesh);
+    if (!options.rivals.empty()) rivals.push_back(run_rival(options.rivals, kept_file));
+  }
+  const TopologyCounts counts = topology_of(first->mesh);
+  if (counts.nonmanifold_edges + counts.nonmanifold_vertices + counts.misoriented_edges > 0)
+    return failed(fail(Code::Internal, "the mesh is not an oriented manifold"));
+  if (!options.stl.empty()) {
+    if (const auto written = write_stl(first->mesh, options.stl); !written) return failed(written.error());
+  }
+  print(options, *first, kept, reduce_cpu, stages, median(walls), median(rivals));
+  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  Options options;
+  if (!parse(argc, argv, options)) return usage();
+  return run(options);
+}
