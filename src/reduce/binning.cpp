@@ -1,9 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "reduce/binning.hpp"
 
+#include <algorithm>
+#include <array>
 #include <atomic>
 #include <limits>
 #include <mutex>
+#include <span>
+
+#include "reduce/placing.hpp"
 
 namespace scanmill::reduce {
 namespace {
@@ -70,93 +75,118 @@ void merge(ReadCounts& into, const ReadCounts& from) {
   into.bounds.add(from.bounds);
 }
 
-/// Places of a block's points in the lattice: local bins, and where in its bin a point lies, in bin edges about the centre.
+/// Places of the points of a tile; small enough to stay in the first cache.
 struct Placed {
-  std::vector<LocalBin> bins;
-  std::vector<Vec3> inside;
-  std::vector<std::int32_t> slots;
+  static constexpr std::size_t kTile = 512;
+  std::array<LocalBin, kTile> bins;
+  std::array<Vec3, kTile> inside, steps;
+  std::array<std::int32_t, kTile> slots;
 };
 
-Result<void> place_points(const LocalFrame& frame, const PointBlock& block, Placed& out, Bounds& bounds) {
-  const std::size_t n = block.positions.size();
-  out.bins.resize(n);
-  out.inside.resize(n);
-  out.slots.resize(n);
-  const double h = frame.lattice.edge_mm;
-  const Vec3 origin = frame.lattice.origin;
-  Bounds box;
-  for (const Vec3 p : block.positions) box.add(p);
-  // One check per block, before any conversion: all points of a box fit when its corners do.
+/// One check per block, before any conversion: all points of a box fit when its corners do.
+Result<void> check_fit(const LocalFrame& frame, const PointBlock& block, Bounds& bounds) {
+  const Bounds box = box_of(block.positions);
   LocalBin corner;
-  if (n > 0 && !(frame.bin_of(box.low, corner) && frame.bin_of(box.high, corner)))
+  if (!box.empty() && !(frame.bin_of(box.low, corner) && frame.bin_of(box.high, corner)))
     return fail(Code::BadInput,
                 "the cloud is more than 2^30 bins wide; stray points far away, wrong units, or too small a bin edge");
   bounds.add(box);
-  for (std::size_t i = 0; i < n; ++i) {
-    const Vec3 p = block.positions[i];
-    const double u[3] = {(p.x - origin.x) / h, (p.y - origin.y) / h, (p.z - origin.z) / h};
-    const std::int64_t bin[3] = {floor_to_int(u[0]), floor_to_int(u[1]), floor_to_int(u[2])};
-    out.bins[i] = {static_cast<std::int32_t>(bin[0] - frame.base.i), static_cast<std::int32_t>(bin[1] - frame.base.j),
-                   static_cast<std::int32_t>(bin[2] - frame.base.k)};
-    out.inside[i] = {u[0] - static_cast<double>(bin[0]) - 0.5, u[1] - static_cast<double>(bin[1]) - 0.5,
-                     u[2] - static_cast<double>(bin[2]) - 0.5};
-  }
   return {};
 }
 
+/// body(first, count) for the tiles of a block, their places filled in.
+template <class Body>
+void over_tiles(const LocalFrame& frame, const PointBlock& block, Placed& placed, Body body) {
+  for (std::size_t first = 0; first < block.positions.size(); first += Placed::kTile) {
+    const std::size_t count = std::min(Placed::kTile, block.positions.size() - first);
+    place(frame.lattice, frame.base, std::span(block.positions).subspan(first, count), placed.bins.data(), placed.inside.data(),
+          placed.steps.data());
+    body(first, count);
+  }
+}
+
+/// Two cache lines per bin: its nearest point and its sums.
+struct alignas(64) Cell {
+  double score = 1e300;
+  Vec3 position;
+  std::uint64_t row = 0;
+  ViewId view{};
+  WholeSums sums;
+  Winner winner() const { return {score, position, {view, row}}; }
+};
+
+using Direction = std::array<std::int64_t, 3>;
+
 struct alignas(64) PassOne {
   BinTree tree;
-  std::vector<Winner> winners;
-  std::vector<Moments> moments;
+  std::vector<Cell> cells;
+  std::vector<Direction> directions;  // towards the sensor, 2^-20; empty while no view tells
   Placed placed;
   ReadCounts counts;
 };
 
-void add_moments(Moments& m, Vec3 inside) {
-  const std::int64_t x = floor_to_int(inside.x * 1024 + 0.5), y = floor_to_int(inside.y * 1024 + 0.5),
-                     z = floor_to_int(inside.z * 1024 + 0.5);
-  ++m.count;
-  m.sum[0] += x;
-  m.sum[1] += y;
-  m.sum[2] += z;
-  m.product[0] += x * x;
-  m.product[1] += x * y;
-  m.product[2] += x * z;
-  m.product[3] += y * y;
-  m.product[4] += y * z;
-  m.product[5] += z * z;
-}
-
-void add_direction(Moments& m, const ViewPoint& view, Vec3 p) {
+void add_direction(Direction& sum, const ViewPoint& view, Vec3 p) {
   const Vec3 d = view.eye ? unit(*view.eye - p) : *view.direction;
-  m.view_direction[0] += floor_to_int(d.x * 0x1p20 + 0.5);
-  m.view_direction[1] += floor_to_int(d.y * 0x1p20 + 0.5);
-  m.view_direction[2] += floor_to_int(d.z * 0x1p20 + 0.5);
+  sum[0] += floor_to_int(d.x * 0x1p20 + 0.5);
+  sum[1] += floor_to_int(d.y * 0x1p20 + 0.5);
+  sum[2] += floor_to_int(d.z * 0x1p20 + 0.5);
 }
 
-void add(Moments& into, const Moments& from) {
-  into.count += from.count;
-  for (int k = 0; k < 3; ++k) into.sum[k] += from.sum[k];
-  for (int k = 0; k < 6; ++k) into.product[k] += from.product[k];
-  for (int k = 0; k < 3; ++k) into.view_direction[k] += from.view_direction[k];
+void keep_better(Cell& cell, const Winner& candidate) {
+  if (!better(candidate, cell.winner())) return;
+  cell.score = candidate.score;
+  cell.position = candidate.position;
+  cell.row = candidate.source.row;
+  cell.view = candidate.source.view;
 }
 
-void bin_block(const PointBlock& block, bool with_moments, PassOne& pass) {
+void bin_block(const LocalFrame& frame, const PointBlock& block, PassOne& pass) {
   Placed& placed = pass.placed;
-  pass.tree.slots_of(placed.bins, placed.slots);
-  const auto slots = static_cast<std::size_t>(pass.tree.size());
-  pass.winners.resize(slots);
-  if (with_moments) pass.moments.resize(slots);
   const bool seen = block.view_point.eye.has_value() || block.view_point.direction.has_value();
-  for (std::size_t i = 0; i < block.positions.size(); ++i) {
-    const auto slot = static_cast<std::size_t>(placed.slots[i]);
-    const Winner candidate{norm2(placed.inside[i]), block.positions[i], {block.view, block.rows[i]}};
-    Winner& winner = pass.winners[slot];
-    if (candidate.score < winner.score || (candidate.score == winner.score && better(candidate, winner))) winner = candidate;
-    if (!with_moments) continue;
-    add_moments(pass.moments[slot], placed.inside[i]);
-    if (seen) add_direction(pass.moments[slot], block.view_point, block.positions[i]);
+  over_tiles(frame, block, placed, [&](std::size_t first, std::size_t count) {
+    pass.tree.slots_of(std::span(placed.bins).first(count), std::span(placed.slots).first(count));
+    const auto slots = static_cast<std::size_t>(pass.tree.size());
+    pass.cells.resize(slots);
+    for (std::size_t i = 0; i < count; ++i) {
+      Cell& cell = pass.cells[static_cast<std::size_t>(placed.slots[i])];
+      const double score = norm2(placed.inside[i]);
+      if (score <= cell.score) keep_better(cell, {score, block.positions[first + i], {block.view, block.rows[first + i]}});
+      cell.sums.add(placed.steps[i]);
+    }
+    if (!seen) return;
+    pass.directions.resize(slots);
+    for (std::size_t i = 0; i < count; ++i)
+      add_direction(pass.directions[static_cast<std::size_t>(placed.slots[i])], block.view_point, block.positions[first + i]);
+  });
+}
+
+/// Adds the bins of `part` to `all`.
+void merge_pass(PassOne& all, const PassOne& part, const BinKey& base) {
+  merge(all.counts, part.counts);
+  const auto entries = part.tree.sorted(base);
+  std::vector<LocalBin> bins(entries.size());
+  std::vector<std::int32_t> slots(entries.size());
+  for (std::size_t i = 0; i < entries.size(); ++i) bins[i] = entries[i].bin;
+  all.tree.slots_of(bins, slots);
+  all.cells.resize(static_cast<std::size_t>(all.tree.size()));
+  for (std::size_t i = 0; i < entries.size(); ++i) {
+    const auto from = static_cast<std::size_t>(entries[i].slot), to = static_cast<std::size_t>(slots[i]);
+    if (part.cells.empty()) continue;  // only the bins were wanted
+    keep_better(all.cells[to], part.cells[from].winner());
+    all.cells[to].sums.add(part.cells[from].sums);
+    if (from >= part.directions.size()) continue;
+    all.directions.resize(all.cells.size());
+    for (std::size_t k = 0; k < 3; ++k) all.directions[to][k] += part.directions[from][k];
   }
+}
+
+Moments moments_of(const Cell& cell, const Direction& direction) {
+  const double* v = cell.sums.value;
+  auto whole = [](double value) { return static_cast<std::int64_t>(value); };
+  return {whole(v[0]),
+          {whole(v[1]), whole(v[2]), whole(v[3])},
+          {whole(v[4]), whole(v[5]), whole(v[6]), whole(v[7]), whole(v[8]), whole(v[9])},
+          {direction[0], direction[1], direction[2]}};
 }
 
 Error changed_between_readings() {
@@ -207,40 +237,34 @@ Result<Vec3> first_point(const PointSource& points) {
   return fail(Code::BadInput, "no finite point in any file of the scan; nothing to mesh");
 }
 
-Result<BinTotals> bin_points(const PointSource& points, const LocalFrame& frame, bool with_moments, ReadCounts& counts,
-                             const Context& context) {
+Result<BinTotals> bin_points(const PointSource& points, const LocalFrame& frame, ReadCounts& counts, const Context& context) {
   std::vector<PassOne> pass(static_cast<std::size_t>(context.loop.threads()));
   TRY(over_blocks(points, context, [&](int worker, const PointBlock& block) -> Result<void> {
     PassOne& mine = pass[static_cast<std::size_t>(worker)];
     add_counts(mine.counts, block);
-    TRY(place_points(frame, block, mine.placed, mine.counts.bounds));
-    bin_block(block, with_moments, mine);
+    TRY(check_fit(frame, block, mine.counts.bounds));
+    bin_block(frame, block, mine);
     return {};
   }));
   PassOne& all = pass.front();
   BinTotals totals;
   for (const PassOne& part : pass) totals.index_bytes += part.tree.memory_bytes();
   for (std::size_t worker = 1; worker < pass.size(); ++worker) {
-    PassOne& part = pass[worker];
-    merge(all.counts, part.counts);
-    const auto entries = part.tree.sorted(frame.base);
-    std::vector<LocalBin> bins(entries.size());
-    std::vector<std::int32_t> slots(entries.size());
-    for (std::size_t i = 0; i < entries.size(); ++i) bins[i] = entries[i].bin;
-    all.tree.slots_of(bins, slots);
-    all.winners.resize(static_cast<std::size_t>(all.tree.size()));
-    if (with_moments) all.moments.resize(all.winners.size());
-    for (std::size_t i = 0; i < entries.size(); ++i) {
-      const auto from = static_cast<std::size_t>(entries[i].slot), to = static_cast<std::size_t>(slots[i]);
-      if (better(part.winners[from], all.winners[to])) all.winners[to] = part.winners[from];
-      if (with_moments) add(all.moments[to], part.moments[from]);
-    }
-    part = PassOne();
+    merge_pass(all, pass[worker], frame.base);
+    pass[worker] = PassOne();
   }
   counts = all.counts;
-  totals.order = all.tree.sorted(frame.base);
-  totals.winners = std::move(all.winners);
-  totals.moments = std::move(all.moments);
+  const auto order = all.tree.sorted(frame.base);
+  totals.cell_bytes = all.cells.size() * sizeof(Cell) + all.directions.size() * sizeof(Direction);
+  totals.bins.reserve(order.size());
+  totals.winners.reserve(order.size());
+  totals.moments.reserve(order.size());
+  for (const BinTree::Entry& entry : order) {
+    const auto slot = static_cast<std::size_t>(entry.slot);
+    totals.bins.push_back(entry.bin);
+    totals.winners.push_back(all.cells[slot].winner());
+    totals.moments.push_back(moments_of(all.cells[slot], slot < all.directions.size() ? all.directions[slot] : Direction{}));
+  }
   return totals;
 }
 
@@ -248,19 +272,14 @@ Result<std::uint64_t> count_bins(const PointSource& points, const LocalFrame& fr
   std::vector<PassOne> pass(static_cast<std::size_t>(context.loop.threads()));
   TRY(over_blocks(points, context, [&](int worker, const PointBlock& block) -> Result<void> {
     PassOne& mine = pass[static_cast<std::size_t>(worker)];
-    TRY(place_points(frame, block, mine.placed, mine.counts.bounds));
-    mine.tree.slots_of(mine.placed.bins, mine.placed.slots);
+    TRY(check_fit(frame, block, mine.counts.bounds));
+    over_tiles(frame, block, mine.placed, [&](std::size_t, std::size_t count) {
+      mine.tree.slots_of(std::span(mine.placed.bins).first(count), std::span(mine.placed.slots).first(count));
+    });
     return {};
   }));
-  BinTree& all = pass.front().tree;
-  for (std::size_t worker = 1; worker < pass.size(); ++worker) {
-    const auto entries = pass[worker].tree.sorted(frame.base);
-    std::vector<LocalBin> bins(entries.size());
-    std::vector<std::int32_t> slots(entries.size());
-    for (std::size_t i = 0; i < entries.size(); ++i) bins[i] = entries[i].bin;
-    all.slots_of(bins, slots);
-  }
-  return static_cast<std::uint64_t>(all.size());
+  for (std::size_t worker = 1; worker < pass.size(); ++worker) merge_pass(pass.front(), pass[worker], frame.base);
+  return static_cast<std::uint64_t>(pass.front().tree.size());
 }
 
 Result<std::vector<Winner>> pick_against(const PointSource& points, const LocalFrame& frame, const BinIndex& index,
@@ -278,21 +297,28 @@ Result<std::vector<Winner>> pick_against(const PointSource& points, const LocalF
       mine.reader = std::make_unique<BinIndex::Reader>(index);
       mine.winners.resize(targets.size());
     }
-    TRY(place_points(frame, block, mine.placed, mine.bounds));
-    mine.reader->rows_of(mine.placed.bins, mine.placed.slots);
-    for (std::size_t i = 0; i < block.positions.size(); ++i) {
-      const std::int32_t slot = mine.placed.slots[i];
-      if (slot == kNoSlot) return changed_between_readings();
-      const auto row = static_cast<std::size_t>(slot);
-      const Target& target = targets[row];
-      const Vec3 d = block.positions[i] - target.foot;
-      const double off = dot(d, target.normal);
-      const double score = target.crease ? -std::abs(off) : norm2(d) + 3 * off * off;
-      Winner& winner = mine.winners[row];
-      if (score > winner.score) continue;
-      const Winner candidate{score, block.positions[i], {block.view, block.rows[i]}};
-      if (better(candidate, winner)) winner = candidate;
-    }
+    TRY(check_fit(frame, block, mine.bounds));
+    Placed& placed = mine.placed;
+    bool known = true;
+    over_tiles(frame, block, placed, [&](std::size_t first, std::size_t count) {
+      mine.reader->rows_of(std::span(placed.bins).first(count), std::span(placed.slots).first(count));
+      for (std::size_t i = 0; i < count; ++i) {
+        if (placed.slots[i] == kNoSlot) {
+          known = false;
+          continue;
+        }
+        const auto row = static_cast<std::size_t>(placed.slots[i]);
+        const Target& target = targets[row];
+        const Vec3 p = block.positions[first + i], d = p - target.foot;
+        const double off = dot(d, target.normal);
+        const double score = target.crease ? -std::abs(off) : norm2(d) + 3 * off * off;
+        Winner& winner = mine.winners[row];
+        if (score > winner.score) continue;
+        const Winner candidate{score, p, {block.view, block.rows[first + i]}};
+        if (better(candidate, winner)) winner = candidate;
+      }
+    });
+    if (!known) return changed_between_readings();
     return {};
   }));
   std::vector<Winner> winners(targets.size());

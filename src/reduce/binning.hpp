@@ -23,11 +23,12 @@ struct LocalFrame {
   bool bin_of(Vec3 p, LocalBin& bin) const;
 };
 
+/// One entry per occupied bin, ascending key.
 struct BinTotals {
-  std::vector<BinTree::Entry> order;  // ascending key; slot into the arrays below
-  std::vector<Winner> winners;        // nearest the bin's centre
-  std::vector<Moments> moments;       // empty when not asked for
-  std::uint64_t index_bytes = 0;
+  std::vector<LocalBin> bins;
+  std::vector<Winner> winners;  // nearest the bin's centre
+  std::vector<Moments> moments;
+  std::uint64_t index_bytes = 0, cell_bytes = 0;  // at their largest
 };
 
 struct ReadCounts {
@@ -39,9 +40,8 @@ struct ReadCounts {
 Result<ReadCounts> read_bounds(const PointSource& points, const Context& context);
 /// A first point, for the base of local bins. errors  BadInput when there is none
 Result<Vec3> first_point(const PointSource& points);
-/// Pass 1. Private trees and arrays per worker, merged by bin: minimum and integer sums commute, so any split gives the same.
-Result<BinTotals> bin_points(const PointSource& points, const LocalFrame& frame, bool with_moments, ReadCounts& counts,
-                             const Context& context);
+/// Pass 1. Private trees and arrays per worker, merged by bin: minimum and exact sums commute, so any split gives the same.
+Result<BinTotals> bin_points(const PointSource& points, const LocalFrame& frame, ReadCounts& counts, const Context& context);
 /// Number of occupied bins at a trial edge.
 Result<std::uint64_t> count_bins(const PointSource& points, const LocalFrame& frame, const Context& context);
 

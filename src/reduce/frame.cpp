@@ -18,7 +18,7 @@ constexpr double kWeights[2][3] = {{1.0, 0.60653065971263342, 0},  // exp(-d^2/2
 // Variance of position under the weights, a bin's own 1/12 included: 0.631 and 1.512 h^2. A curved surface's residual
 // grows with its square.
 constexpr double kCurvatureGrowth = 5.74;
-constexpr std::uint64_t kNoiseSample = 8;
+constexpr std::size_t kNoiseSample = 4096;  // bins, about
 constexpr int kMinBins = 4;
 constexpr double kMinTrace = 0.05;
 constexpr double kSignCosine = 0.25;  // a view this flat to the surface says nothing about its side
@@ -29,21 +29,34 @@ struct Sums {
   int bins = 0;
 };
 
-void accumulate(Sums& s, const Moments& m, const double* weight, int di, int dj, int dk) {
-  const double w = weight[std::abs(di)] * weight[std::abs(dj)] * weight[std::abs(dk)];
-  const double n = static_cast<double>(m.count), d[3] = {double(di), double(dj), double(dk)};
-  const double u[3] = {static_cast<double>(m.sum[0]) * kUnit, static_cast<double>(m.sum[1]) * kUnit,
-                       static_cast<double>(m.sum[2]) * kUnit};
+/// A bin's moments in bin edges, made once: every bin is looked at from 27 or 125 windows.
+struct BinSums {
+  double count, sum[3], product[6];
+};
+
+std::vector<BinSums> in_bin_edges(const std::vector<Moments>& moments) {
+  std::vector<BinSums> list(moments.size());
+  for (std::size_t row = 0; row < moments.size(); ++row) {
+    list[row].count = static_cast<double>(moments[row].count);
+    for (int k = 0; k < 3; ++k) list[row].sum[k] = static_cast<double>(moments[row].sum[k]) * kUnit;
+    for (int k = 0; k < 6; ++k) list[row].product[k] = static_cast<double>(moments[row].product[k]) * (kUnit * kUnit);
+  }
+  return list;
+}
+
+void accumulate(Sums& s, const BinSums& m, double w, int di, int dj, int dk) {
+  const double n = m.count, d[3] = {double(di), double(dj), double(dk)};
   s.weight += w * n;
-  for (int a = 0; a < 3; ++a) s.sum[a] += w * (u[a] + n * d[a]);
+  for (int a = 0; a < 3; ++a) s.sum[a] += w * (m.sum[a] + n * d[a]);
   int z = 0;
   for (int a = 0; a < 3; ++a)
     for (int b = a; b < 3; ++b, ++z)
-      s.product[z] += w * (static_cast<double>(m.product[z]) * (kUnit * kUnit) + u[a] * d[b] + u[b] * d[a] + n * d[a] * d[b]);
-  s.direction += Vec3{static_cast<double>(m.view_direction[0]), static_cast<double>(m.view_direction[1]),
-                      static_cast<double>(m.view_direction[2])} *
-                 w;
+      s.product[z] += w * (m.product[z] + m.sum[a] * d[b] + m.sum[b] * d[a] + n * d[a] * d[b]);
   ++s.bins;
+}
+
+Vec3 direction_of(const Moments& m) {
+  return {static_cast<double>(m.view_direction[0]), static_cast<double>(m.view_direction[1]), static_cast<double>(m.view_direction[2])};
 }
 
 bool is_sampled(const BinKey& key, std::uint64_t every) {
@@ -65,6 +78,8 @@ Frames frames_of(const ReducedCloud& cloud, const std::vector<Moments>& moments,
   f.plane_distance.resize(n);
   f.valid.resize(n);
   f.sign_known.resize(n);
+  const std::vector<BinSums> sums = in_bin_edges(moments);
+  const double* weight = kWeights[radius - 1];
   for_each_range(context, n, kGrain, [&](std::size_t begin, std::size_t end) {
     BinIndex::Reader reader(cloud.index);
     std::vector<BinIndex::Reader::Neighbour> around;
@@ -73,8 +88,12 @@ Frames frames_of(const ReducedCloud& cloud, const std::vector<Moments>& moments,
       around.clear();
       reader.window(cloud.bins[row], radius, around);
       Sums s;
-      for (const auto& near : around)
-        accumulate(s, moments[static_cast<std::size_t>(near.row)], kWeights[radius - 1], near.di, near.dj, near.dk);
+      for (const auto& near : around) {
+        const auto other = static_cast<std::size_t>(near.row);
+        const double w = weight[std::abs(near.di)] * weight[std::abs(near.dj)] * weight[std::abs(near.dk)];
+        accumulate(s, sums[other], w, near.di, near.dj, near.dk);
+        s.direction += direction_of(moments[other]) * w;
+      }
       const double inverse = 1 / s.weight;
       const Vec3 m{s.sum[0] * inverse, s.sum[1] * inverse, s.sum[2] * inverse};
       const PlaneFit fit = fit_plane({s.product[0] * inverse - m.x * m.x, s.product[1] * inverse - m.x * m.y,
@@ -102,7 +121,7 @@ Frames frames_of(const ReducedCloud& cloud, const std::vector<Moments>& moments,
 }
 
 double noise_of(const ReducedCloud& cloud, const std::vector<Moments>& moments, const Context& context) {
-  const std::uint64_t every = cloud.size() < 4000 ? 1 : kNoiseSample;
+  const std::uint64_t every = cloud.size() / kNoiseSample + 1;
   const double narrow = frames_of(cloud, moments, 1, every, context).median_residual;
   const double wide = frames_of(cloud, moments, 2, every, context).median_residual;
   const double square = (kCurvatureGrowth * narrow * narrow - wide * wide) / (kCurvatureGrowth - 1);

@@ -42,20 +42,19 @@ Result<void> check(const LatticeParams& lattice, const Params& params) {
 }
 
 void fill_arrays(ReducedCloud& cloud, BinTotals& totals, const Params& params) {
-  const std::size_t n = totals.order.size();
-  cloud.bins.resize(n);
+  const std::size_t n = totals.bins.size();
+  cloud.bins = std::move(totals.bins);
   cloud.measured.resize(n);
   cloud.source.resize(n);
   cloud.counts.resize(n);
   cloud.drop.assign(n, Drop::Kept);
   for (std::size_t row = 0; row < n; ++row) {
-    const auto slot = static_cast<std::size_t>(totals.order[row].slot);
-    cloud.bins[row] = totals.order[row].bin;
-    cloud.measured[row] = totals.winners[slot].position;
-    cloud.source[row] = totals.winners[slot].source;
-    cloud.counts[row] = totals.moments[slot].count;
+    cloud.measured[row] = totals.winners[row].position;
+    cloud.source[row] = totals.winners[row].source;
+    cloud.counts[row] = totals.moments[row].count;
     if (cloud.counts[row] < params.min_points_per_bin) cloud.drop[row] = Drop::TooFewPoints;
   }
+  totals.winners = {};
   cloud.index = BinIndex::over(cloud.bins);
 }
 
@@ -121,17 +120,15 @@ Result<Reduction> reduce_on(const PointSource& points, const Lattice& lattice, V
   const LocalFrame frame = local_frame(lattice, somewhere);
   Reduction out;
   ReadCounts counts;
-  TRY_ASSIGN(BinTotals totals, bin_points(points, frame, true, counts, context));
+  TRY_ASSIGN(BinTotals totals, bin_points(points, frame, counts, context));
   ReducedCloud& cloud = out.cloud;
   cloud.lattice = lattice;
   cloud.base = frame.base;
   fill_arrays(cloud, totals, params);
-  std::vector<Moments> moments(cloud.size());
-  for (std::size_t row = 0; row < cloud.size(); ++row) moments[row] = totals.moments[static_cast<std::size_t>(totals.order[row].slot)];
+  const std::vector<Moments> moments = std::move(totals.moments);
   Report& report = out.report;
   report.index_bytes = totals.index_bytes;
-  report.record_bytes = totals.winners.size() * (sizeof(Winner) + sizeof(Moments));
-  totals = BinTotals();
+  report.record_bytes = totals.cell_bytes;
   report.noise = noise_of(cloud, moments, context);
   report.frame_radius = report.noise > kNoisyFrom ? 2 : 1;
   Frames frames = frames_of(cloud, moments, report.frame_radius, 1, context);
