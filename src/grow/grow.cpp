@@ -89,13 +89,33 @@ class Grower {
     return unit(sum);
   }
 
+  /// Per vertex: the normals of its fan lie so close together that no edge at it can be refused (each pair's product is at
+  /// least g3, so that of one with a mean of others is too). Decides speed, never the outcome.
+  std::vector<std::uint8_t> flat_vertices() const {
+    const double pair = std::max(in_.min_normal_dot, 0.0), cone = std::sqrt((1 + pair) / 2) + 1e-9;
+    std::vector<std::uint8_t> flat(in_.positions.size());
+    for (std::size_t v = 0; v < flat.size(); ++v) {
+      Vec3 sum;
+      for (std::uint32_t k = first_[v]; k < first_[v + 1]; ++k) sum += normal_[fan_[k]];
+      const Vec3 axis = unit(sum);
+      bool within = true;
+      for (std::uint32_t k = first_[v]; k < first_[v + 1]; ++k) within = within && dot(normal_[fan_[k]], axis) >= cone;
+      flat[v] = within;
+    }
+    return flat;
+  }
+
   /// g3 from either side: a triangle is refused where its normal differs too much from the patch's before the edge.
   void close_edges() {
     list_fans();
     closed_.assign(faces() * 3, 0);
     std::vector<std::uint8_t> refused(faces() * 3, 0);
-    for (std::size_t c = 0; c < closed_.size(); ++c)
-      if (across_[c] != kNoTriangle) refused[c] = !normals_agree(normal_[across_[c]], normal_before(c), in_.min_normal_dot);
+    const std::vector<std::uint8_t> flat = flat_vertices();
+    for (std::size_t c = 0; c < closed_.size(); ++c) {
+      const Triangle& t = in_.triangles[c / 3];
+      if (across_[c] == kNoTriangle || (flat[t[c % 3]] && flat[t[(c % 3 + 1) % 3]])) continue;
+      refused[c] = !normals_agree(normal_[across_[c]], normal_before(c), in_.min_normal_dot);
+    }
     for (std::size_t c = 0; c < closed_.size(); ++c) {
       if (across_[c] == kNoTriangle) continue;
       std::size_t back = 3 * std::size_t{across_[c]};
