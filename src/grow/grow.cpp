@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// The paper grows one patch after another and stops a patch at g1, g2 and g3. Here the triangles are there already (they all
-// satisfy g1 and g2); g3 closes edges between triangles whose normals differ too much, and a patch is what its seed reaches
-// over open edges. The outcome does not depend on the order of growth; the order survives as each triangle's rank.
+// The paper grows one patch after another and stops a patch at g1, g2 and g3. Here the triangles are there already
+// (they all satisfy g1 and g2); g3 closes edges between triangles whose normals differ too much, and a patch is what
+// its seed reaches over open edges. The outcome does not depend on the order of growth; the order survives as each
+// triangle's rank.
 #include "grow/grow.hpp"
 
 #include <algorithm>
@@ -12,9 +13,9 @@
 namespace scanmill::grow {
 namespace {
 
-constexpr double kFarthestSeed = 10;       // bins
-constexpr float kLeastPeak = 0.005f;       // variation below which a place is flat
-constexpr double kLeastInner = 0.2;        // share of triangles away from closed edges; a face of 3 x 3 bins has a third
+constexpr double kFarthestSeed = 10;  // bins
+constexpr float kLeastPeak = 0.005f;  // variation below which a place is flat
+constexpr double kLeastInner = 0.2;   // share of triangles away from closed edges; a face of 3 x 3 bins has a third
 constexpr std::uint32_t kFree = kNoTriangle;
 
 struct Seed {
@@ -54,7 +55,8 @@ class Grower {
     normal_.resize(faces());
     centroid_.resize(faces());
     for (std::size_t t = 0; t < faces(); ++t) {
-      const Vec3 a = in_.positions[in_.triangles[t][0]], b = in_.positions[in_.triangles[t][1]], c = in_.positions[in_.triangles[t][2]];
+      const Vec3 a = in_.positions[in_.triangles[t][0]], b = in_.positions[in_.triangles[t][1]],
+                 c = in_.positions[in_.triangles[t][2]];
       normal_[t] = unit(cross(b - a, c - a));
       centroid_[t] = (a + b + c) * (1.0 / 3);
     }
@@ -72,13 +74,14 @@ class Grower {
       for (const std::uint32_t v : in_.triangles[t]) fan_[next[v]++] = t;
   }
 
-  /// The patch's normal at an edge, seen from the triangle that stands before it (the paper's local normal): the mean of the
-  /// triangles that touch the edge's ends on this side of it and agree with that triangle. One triangle of a chamfer cannot turn it, so a patch does not
-  /// creep round a rounded edge in small steps.
+  /// The patch's normal at an edge, seen from the triangle that stands before it (the paper's local normal): the mean
+  /// of the triangles that touch the edge's ends on this side of it and agree with that triangle. One triangle of a
+  /// chamfer cannot turn it, so a patch does not creep round a rounded edge in small steps.
   Vec3 normal_before(std::size_t corner) const {
     const Triangle& t = in_.triangles[corner / 3];
     const std::uint32_t a = t[corner % 3], b = t[(corner % 3 + 1) % 3];
-    const Vec3 middle = (in_.positions[a] + in_.positions[b]) * 0.5, inward = centroid_[corner / 3] - centroid_[across_[corner]];
+    const Vec3 middle = (in_.positions[a] + in_.positions[b]) * 0.5,
+               inward = centroid_[corner / 3] - centroid_[across_[corner]];
     Vec3 sum = normal_[corner / 3];
     for (const std::uint32_t v : {a, b})
       for (std::uint32_t k = first_[v]; k < first_[v + 1]; ++k) {
@@ -95,7 +98,8 @@ class Grower {
     closed_.assign(faces() * 3, 0);
     std::vector<std::uint8_t> refused(faces() * 3, 0);
     for (std::size_t c = 0; c < closed_.size(); ++c)
-      if (across_[c] != kNoTriangle) refused[c] = !normals_agree(normal_[across_[c]], normal_before(c), in_.min_normal_dot);
+      if (across_[c] != kNoTriangle)
+        refused[c] = !normals_agree(normal_[across_[c]], normal_before(c), in_.min_normal_dot);
     for (std::size_t c = 0; c < closed_.size(); ++c) {
       if (across_[c] == kNoTriangle) continue;
       std::size_t back = 3 * std::size_t{across_[c]};
@@ -124,7 +128,9 @@ class Grower {
     components_ = 0;
     for (std::uint32_t t = 0; t < faces(); ++t) {
       if (component_[t] != kFree) continue;
-      flood(t, [&](std::uint32_t n) { return component_[n] == kFree; }, [&](std::uint32_t n) { component_[n] = components_; });
+      flood(
+          t, [&](std::uint32_t n) { return component_[n] == kFree; },
+          [&](std::uint32_t n) { component_[n] = components_; });
       ++components_;
     }
   }
@@ -142,10 +148,11 @@ class Grower {
         }
       }
       if (nearest == kFree || std::sqrt(best) > kFarthestSeed * in_.edge_mm)
-        return fail(Code::BadParameter, "seed " + std::to_string(s + 1) + " lies " +
-                                            number_text(static_cast<double>(static_cast<std::int64_t>(std::sqrt(best) * 100)) / 100) +
-                                            " mm from the nearest triangle (allowed 10 bins, " +
-                                            number_text(kFarthestSeed * in_.edge_mm) + " mm); give it in the global frame, mm");
+        return fail(Code::BadParameter,
+                    "seed " + std::to_string(s + 1) + " lies " +
+                        number_text(static_cast<double>(static_cast<std::int64_t>(std::sqrt(best) * 100)) / 100) +
+                        " mm from the nearest triangle (allowed 10 bins, " + number_text(kFarthestSeed * in_.edge_mm) +
+                        " mm); give it in the global frame, mm");
       seeds_.push_back({at, nearest, SeedOrigin::Given});
     }
     return {};
@@ -158,8 +165,10 @@ class Grower {
     for (std::uint32_t t = 0; t < faces(); ++t)
       for (std::size_t e = 0; e < 3; ++e) {
         const std::uint32_t a = in_.triangles[t][e], b = in_.triangles[t][(e + 1) % 3];
-        if (in_.variation[a] < in_.variation[b]) is_peak[a] = 0;
-        else if (in_.variation[b] < in_.variation[a]) is_peak[b] = 0;
+        if (in_.variation[a] < in_.variation[b])
+          is_peak[a] = 0;
+        else if (in_.variation[b] < in_.variation[a])
+          is_peak[b] = 0;
         if (triangle_at[a] == kFree) triangle_at[a] = t;
       }
     std::vector<std::uint32_t> peaks;
@@ -171,7 +180,8 @@ class Grower {
     const double spacing2 = params_.spacing_bins * in_.edge_mm * params_.spacing_bins * in_.edge_mm;
     for (const std::uint32_t v : peaks) {
       const Vec3 at = in_.positions[v];
-      const bool apart = std::none_of(seeds_.begin(), seeds_.end(), [&](const Seed& s) { return norm2(s.at - at) < spacing2; });
+      const bool apart =
+          std::none_of(seeds_.begin(), seeds_.end(), [&](const Seed& s) { return norm2(s.at - at) < spacing2; });
       if (apart) seeds_.push_back({at, triangle_at[v], SeedOrigin::Automatic});
     }
   }
@@ -193,8 +203,8 @@ class Grower {
     }
   }
 
-  /// What a label's seed does not reach inside its own label is free again. A seed whose triangle another seed took starts
-  /// from its nearest triangle of its own label, if it has one.
+  /// What a label's seed does not reach inside its own label is free again. A seed whose triangle another seed took
+  /// starts from its nearest triangle of its own label, if it has one.
   void keep_connected_to_seed() {
     std::vector<std::uint32_t> start(seeds_.size(), kFree);
     std::vector<double> distance(seeds_.size(), 1e300);
@@ -210,8 +220,9 @@ class Grower {
     std::vector<std::uint32_t> reached(faces(), kFree);
     for (std::uint32_t s = 0; s < seeds_.size(); ++s)
       if (start[s] != kFree)
-        flood(start[s], [&](std::uint32_t n) { return label_[n] == s && reached[n] == kFree; },
-              [&](std::uint32_t n) { reached[n] = s; });
+        flood(
+            start[s], [&](std::uint32_t n) { return label_[n] == s && reached[n] == kFree; },
+            [&](std::uint32_t n) { reached[n] = s; });
     cut_off_.assign(faces(), 0);
     for (std::size_t t = 0; t < faces(); ++t) cut_off_[t] = label_[t] != kFree && reached[t] == kFree;
     label_.swap(reached);
@@ -223,7 +234,8 @@ class Grower {
     std::vector<std::uint8_t> met(faces(), 0);
     for (std::uint32_t t = 0; t < faces(); ++t) {
       if (label_[t] != kFree || met[t] || cut_off_[t]) continue;
-      flood(t, [&](std::uint32_t n) { return !met[n]; }, [&](std::uint32_t n) { met[n] = 1; });
+      flood(
+          t, [&](std::uint32_t n) { return !met[n]; }, [&](std::uint32_t n) { met[n] = 1; });
       std::size_t inner = 0;
       std::uint32_t peak = t;
       for (const std::uint32_t n : queue_) {
@@ -238,8 +250,8 @@ class Grower {
     }
   }
 
-  /// Free triangles join in rounds, each over its flattest edge to a triangle that was labelled before the round, among the
-  /// edges that `may_cross` allows.
+  /// Free triangles join in rounds, each over its flattest edge to a triangle that was labelled before the round, among
+  /// the edges that `may_cross` allows.
   template <class MayCross>
   void join_over(const std::vector<std::uint32_t>& starts, MayCross may_cross) {
     std::vector<std::uint32_t> border, next, chosen;
@@ -356,9 +368,12 @@ class Grower {
 
 const char* name_of(SeedOrigin origin) {
   switch (origin) {
-    case SeedOrigin::Given: return "given";
-    case SeedOrigin::Automatic: return "automatic";
-    case SeedOrigin::Component: return "component";
+    case SeedOrigin::Given:
+      return "given";
+    case SeedOrigin::Automatic:
+      return "automatic";
+    case SeedOrigin::Component:
+      return "component";
   }
   return "";
 }

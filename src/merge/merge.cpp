@@ -25,8 +25,10 @@ std::vector<std::uint32_t> label_rows(const Input& in, std::uint32_t& count) {
   for (const Triangle& t : in.triangles)
     for (std::size_t k = 1; k < 3; ++k) {
       const std::uint32_t a = root(t[0]), b = root(t[k]);
-      if (a < b) up[b] = a;
-      else up[a] = b;
+      if (a < b)
+        up[b] = a;
+      else
+        up[a] = b;
     }
   std::vector<std::uint32_t> label(in.positions.size(), kNoTriangle);
   for (const Triangle& t : in.triangles)
@@ -70,7 +72,8 @@ Merged merge_components(const Input& in, const Params& params) {
     const Component& part = parts[c];
     dropped[c] = part.triangles < largest && static_cast<double>(part.triangles) < least;
     if (dropped[c]) {
-      out.strays.push_back({part.triangles, part.vertices, {part.bounds.low + in.offset, part.bounds.high + in.offset}});
+      out.strays.push_back(
+          {part.triangles, part.vertices, {part.bounds.low + in.offset, part.bounds.high + in.offset}});
       continue;
     }
     ++out.components;
@@ -78,7 +81,8 @@ Merged merge_components(const Input& in, const Params& params) {
     out.turned_by_volume += !part.side_known;
     out.turned_components += turned[c];
   }
-  std::stable_sort(out.strays.begin(), out.strays.end(), [](const Stray& a, const Stray& b) { return a.triangles > b.triangles; });
+  std::stable_sort(out.strays.begin(), out.strays.end(),
+                   [](const Stray& a, const Stray& b) { return a.triangles > b.triangles; });
   std::vector<std::uint32_t> vertex(label.size(), kNoTriangle);
   out.mesh.offset = in.offset;
   for (std::uint32_t row = 0; row < label.size(); ++row) {

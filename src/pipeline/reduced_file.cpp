@@ -18,15 +18,19 @@ using reduce::ReducedCloud;
 
 constexpr const char* kMark = "scanmill reduced 1";
 constexpr const char* kVertexColumns[] = {"x", "y", "z", "nx", "ny", "nz"};
-constexpr const char* kBinColumns[] = {"i",  "j",  "k",  "x",        "y",         "z",              "px",    "py",   "pz",  "nx",   "ny",
-                                       "nz", "residual", "variation", "plane_distance", "count", "view", "row", "drop", "frame_valid", "sign_known"};
+constexpr const char* kBinColumns[] = {"i",         "j",    "k",        "x",         "y",
+                                       "z",         "px",   "py",       "pz",        "nx",
+                                       "ny",        "nz",   "residual", "variation", "plane_distance",
+                                       "count",     "view", "row",      "drop",      "frame_valid",
+                                       "sign_known"};
 
 std::string header_of(const ReducedCloud& cloud, std::uint64_t kept) {
   std::string text = "ply\nformat binary_little_endian 1.0\ncomment " + std::string(kMark) + "\n";
   const Vec3 o = cloud.lattice.origin;
   text += "comment bin_mm " + number_text(cloud.lattice.edge_mm) + "\n";
   text += "comment origin_mm " + number_text(o.x) + " " + number_text(o.y) + " " + number_text(o.z) + "\n";
-  text += "comment base " + std::to_string(cloud.base.i) + " " + std::to_string(cloud.base.j) + " " + std::to_string(cloud.base.k) + "\n";
+  text += "comment base " + std::to_string(cloud.base.i) + " " + std::to_string(cloud.base.j) + " " +
+          std::to_string(cloud.base.k) + "\n";
   text += "element vertex " + std::to_string(kept) + "\n";
   for (const char* name : kVertexColumns) text += std::string("property double ") + name + "\n";
   text += "element bin " + std::to_string(cloud.size()) + "\n";
@@ -42,7 +46,8 @@ void append(std::string& bytes, std::initializer_list<double> values) {
 }
 
 /// The words behind "NAME " in the comments.
-std::optional<std::vector<double>> numbers_behind(const formats::Table& table, const std::string& name, std::size_t count) {
+std::optional<std::vector<double>> numbers_behind(const formats::Table& table, const std::string& name,
+                                                  std::size_t count) {
   for (const std::string& comment : table.comments) {
     if (comment.rfind(name + " ", 0) != 0) continue;
     std::istringstream words(comment.substr(name.size() + 1));
@@ -76,11 +81,27 @@ Result<void> write_reduced(const ReducedCloud& cloud, ByteSink& sink) {
   for (std::size_t row = 0; row < cloud.size(); ++row) {
     const BinKey key = cloud.key(row);
     const Vec3 p = cloud.measured[row], q = cloud.projected[row], n = cloud.normal[row];
-    append(bytes, {static_cast<double>(key.i), static_cast<double>(key.j), static_cast<double>(key.k), p.x, p.y, p.z, q.x, q.y, q.z,
-                   n.x, n.y, n.z, cloud.residual[row], cloud.variation[row], cloud.plane_distance[row],
-                   static_cast<double>(cloud.counts[row]), static_cast<double>(index_of(cloud.source[row].view)),
-                   static_cast<double>(cloud.source[row].row), static_cast<double>(cloud.drop[row]),
-                   static_cast<double>(cloud.frame_valid[row]), static_cast<double>(cloud.sign_known[row])});
+    append(bytes, {static_cast<double>(key.i),
+                   static_cast<double>(key.j),
+                   static_cast<double>(key.k),
+                   p.x,
+                   p.y,
+                   p.z,
+                   q.x,
+                   q.y,
+                   q.z,
+                   n.x,
+                   n.y,
+                   n.z,
+                   cloud.residual[row],
+                   cloud.variation[row],
+                   cloud.plane_distance[row],
+                   static_cast<double>(cloud.counts[row]),
+                   static_cast<double>(index_of(cloud.source[row].view)),
+                   static_cast<double>(cloud.source[row].row),
+                   static_cast<double>(cloud.drop[row]),
+                   static_cast<double>(cloud.frame_valid[row]),
+                   static_cast<double>(cloud.sign_known[row])});
     TRY(flush(1 << 20));
   }
   return flush(0);
@@ -95,7 +116,8 @@ Result<ReducedCloud> read_reduced(const ByteSource& source) {
   bool complete = bin && origin && base && (*bin)[0] > 0;
   for (const auto* values : column) complete = complete && values != nullptr;
   if (!complete)
-    return fail(Code::BadInput, "has no bins as `scanmill reduce` writes them; leave --as-is away to reduce it", source.name());
+    return fail(Code::BadInput, "has no bins as `scanmill reduce` writes them; leave --as-is away to reduce it",
+                source.name());
   ReducedCloud cloud;
   cloud.lattice = {(*bin)[0], {(*origin)[0], (*origin)[1], (*origin)[2]}};
   auto whole = [](double value) { return static_cast<std::int64_t>(value); };
@@ -104,8 +126,10 @@ Result<ReducedCloud> read_reduced(const ByteSource& source) {
   auto at = [&](std::size_t c, std::size_t row) { return (*column[c])[row]; };
   for (std::size_t row = 0; row < n; ++row) {
     const double di = at(0, row) - (*base)[0], dj = at(1, row) - (*base)[1], dk = at(2, row) - (*base)[2];
-    if (!(std::abs(di) < 0x1p30 && std::abs(dj) < 0x1p30 && std::abs(dk) < 0x1p30) || !(at(18, row) >= 0 && at(18, row) <= 4))
-      return fail(Code::BadInput, "bin " + std::to_string(row) + " holds values that `scanmill reduce` does not write", source.name());
+    if (!(std::abs(di) < 0x1p30 && std::abs(dj) < 0x1p30 && std::abs(dk) < 0x1p30) ||
+        !(at(18, row) >= 0 && at(18, row) <= 4))
+      return fail(Code::BadInput, "bin " + std::to_string(row) + " holds values that `scanmill reduce` does not write",
+                  source.name());
     cloud.bins.push_back({static_cast<std::int32_t>(di), static_cast<std::int32_t>(dj), static_cast<std::int32_t>(dk)});
     if (row > 0 && !before(cloud.key(row - 1), cloud.key(row)))
       return fail(Code::BadInput, "bin " + std::to_string(row) + " is out of order", source.name());

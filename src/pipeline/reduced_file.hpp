@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What `reduce` writes and `mesh --as-is` reads: a PLY whose vertices are the kept points, followed by an element `bin` with
-// every occupied bin, its point and its frame.
+// What `reduce` writes and `mesh --as-is` reads: a PLY whose vertices are the kept points, followed by an element `bin`
+// with every occupied bin, its point and its frame.
 #pragma once
 #include "base/bytes.hpp"
 #include "reduce/reduce.hpp"

@@ -80,7 +80,8 @@ Result<Opened> open_inputs(const std::vector<std::string>& inputs, const What& w
   return opened;
 }
 
-Result<reduce::Reduction> reduce_inputs(const Opened& opened, const What& what, const Context& context, Progress& progress) {
+Result<reduce::Reduction> reduce_inputs(const Opened& opened, const What& what, const Context& context,
+                                        Progress& progress) {
   const WatchedPoints watched(*opened.points, "reduce", progress);
   TRY_ASSIGN(reduce::Reduction reduction, reduce::reduce_cloud(watched, what.lattice, what.reduce, context));
   std::string problem = implausible_size(reduction.report.bounds, opened.points->units_mm(), reduction.report.bin_mm);
@@ -125,8 +126,8 @@ Result<ToolReport> reduce_to_file(const std::vector<std::string>& inputs, const 
   return report;
 }
 
-Result<ToolReport> mesh_to_file(const std::vector<std::string>& inputs, const What& what, bool as_is, const std::string& output,
-                                const Context& context, Progress& progress) {
+Result<ToolReport> mesh_to_file(const std::vector<std::string>& inputs, const What& what, bool as_is,
+                                const std::string& output, const Context& context, Progress& progress) {
   ToolReport report;
   report.values.set("file", output);
   reduce::ReducedCloud cloud;
@@ -157,7 +158,8 @@ Result<ToolReport> cloud_info(const std::string& input, const What& what, const 
   TRY_ASSIGN(const Opened opened, open_inputs({input}, what));
   const ScanPoints& points = *opened.points;
   const WatchedPoints watched(points, "info", progress);
-  // One reduction on a trial lattice tells the bounds, then the area; a second one at about nine points per bin the noise.
+  // One reduction on a trial lattice tells the bounds, then the area; a second one at about nine points per bin the
+  // noise.
   reduce::LatticeParams lattice;
   reduce::Params params;
   params.representative = reduce::Representative::Centre;
@@ -190,7 +192,8 @@ Result<ToolReport> cloud_info(const std::string& input, const What& what, const 
   out.set("high_mm", triple(seen.bounds.high));
   out.set("size_mm", triple(seen.bounds.size()));
   out.set("spacing_mm", spacing);
-  if (std::string problem = implausible_size(seen.bounds, points.units_mm(), 0); !problem.empty()) out.set("warning", problem);
+  if (std::string problem = implausible_size(seen.bounds, points.units_mm(), 0); !problem.empty())
+    out.set("warning", problem);
   lattice = {};
   lattice.bin_mm = 3 * spacing;
   if (seen.points_used >= 1000 && *lattice.bin_mm > 0) {
@@ -203,8 +206,8 @@ Result<ToolReport> cloud_info(const std::string& input, const What& what, const 
   return report;
 }
 
-Result<ToolReport> convert_cloud(const std::string& input, const What& what, const std::string& output, const Context& context,
-                                 Progress& progress) {
+Result<ToolReport> convert_cloud(const std::string& input, const What& what, const std::string& output,
+                                 const Context& context, Progress& progress) {
   TRY_ASSIGN(const Opened opened, open_inputs({input}, what));
   const ScanPoints& points = *opened.points;
   std::uint64_t count = 0;
@@ -215,7 +218,8 @@ Result<ToolReport> convert_cloud(const std::string& input, const What& what, con
   }
   TRY_ASSIGN(auto sink, store::create_file(output));
   std::vector<std::string> comments{"scanmill convert: global frame, mm"};
-  for (const OpenView& view : points.views()) comments.push_back("view " + std::to_string(index_of(view.id)) + " " + view.path);
+  for (const OpenView& view : points.views())
+    comments.push_back("view " + std::to_string(index_of(view.id)) + " " + view.path);
   TRY_ASSIGN(exporting::PlyPointWriter writer, exporting::PlyPointWriter::begin(*sink, count, comments));
   std::uint64_t done = 0;
   for (std::size_t number = 0; number < points.block_count(); ++number) {
@@ -235,8 +239,9 @@ Result<ToolReport> convert_cloud(const std::string& input, const What& what, con
   return report;
 }
 
-Result<ToolReport> simulate_plan(const std::string& plan_path, const std::string& object_name, const std::string& folder,
-                                 std::uint64_t seed, const Context& context, Progress& progress) {
+Result<ToolReport> simulate_plan(const std::string& plan_path, const std::string& object_name,
+                                 const std::string& folder, std::uint64_t seed, const Context& context,
+                                 Progress& progress) {
   TRY_ASSIGN(const auto object, simulate::make_object(object_name));
   std::string text;
   TRY_ASSIGN(plan::ScanPlan plan, read_plan(plan_path, text));
@@ -259,8 +264,8 @@ Result<ToolReport> simulate_plan(const std::string& plan_path, const std::string
     const std::string path = folder + "/" + station.data;
     TRY(store::make_folders(std::filesystem::path(path).parent_path().string()));
     TRY_ASSIGN(auto sink, store::create_file(path));
-    const std::vector<std::string> comments{"scanmill simulate: object " + object_name + ", station " + station.name + ", seed " +
-                                            std::to_string(seed)};
+    const std::vector<std::string> comments{"scanmill simulate: object " + object_name + ", station " + station.name +
+                                            ", seed " + std::to_string(seed)};
     TRY(exporting::write_view_ply(map.points, comments, *sink));
     TRY(sink->commit());
   }

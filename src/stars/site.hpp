@@ -49,7 +49,9 @@ class Site {
   static double turn(double from, double to) { return to >= from ? to - from : to - from + 4; }
 
   /// Occupied rows in the window around v's bin; appended.
-  void around(std::uint32_t v, int radius, std::vector<std::int32_t>& rows) const { reader_.window(points.bins[v], radius, rows); }
+  void around(std::uint32_t v, int radius, std::vector<std::int32_t>& rows) const {
+    reader_.window(points.bins[v], radius, rows);
+  }
   int front_radius() const { return front_radius_; }
   Corners corners(const Triangle& t) const {
     return {{measured(t[0]), measured(t[1]), measured(t[2])}, {t[0], t[1], t[2]}};
