@@ -4,29 +4,10 @@
 #include <algorithm>
 #include <numeric>
 
+#include "mesh/groups.hpp"
+
 namespace scanmill {
 namespace {
-
-/// Union-find with path halving; the root is the least member, so results do not depend on the order of joins.
-class Groups {
- public:
-  explicit Groups(std::size_t n) : up_(n) { std::iota(up_.begin(), up_.end(), 0u); }
-  std::uint32_t root(std::uint32_t i) {
-    while (up_[i] != i) i = up_[i] = up_[up_[i]];
-    return i;
-  }
-  void join(std::uint32_t a, std::uint32_t b) {
-    a = root(a);
-    b = root(b);
-    if (a < b)
-      up_[b] = a;
-    else
-      up_[a] = b;
-  }
-
- private:
-  std::vector<std::uint32_t> up_;
-};
 
 struct HalfEdge {
   std::uint64_t edge;    // lesser vertex << 32 | greater

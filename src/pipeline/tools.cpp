@@ -5,6 +5,7 @@
 #include <cmath>
 #include <filesystem>
 
+#include "base/text.hpp"
 #include "export/writers.hpp"
 #include "pipeline/reduced_file.hpp"
 #include "pipeline/scan_points.hpp"
@@ -101,12 +102,6 @@ Result<plan::ScanPlan> read_plan(const std::string& path, std::string& text) {
   TRY_ASSIGN(text, read_all(*source, kLongestPlan));
   TRY_ASSIGN(const Node root, document::parse_yaml(text, path));
   return plan::plan_from(root, path);
-}
-
-Result<void> write_text(const std::string& path, const std::string& text) {
-  TRY_ASSIGN(auto sink, store::create_file(path));
-  TRY(sink->write(std::string_view(text)));
-  return sink->commit();
 }
 
 }  // namespace
@@ -213,6 +208,7 @@ Result<ToolReport> convert_cloud(const std::string& input, const What& what, con
   std::uint64_t count = 0;
   PointBlock block;
   for (std::size_t number = 0; number < points.block_count(); ++number) {
+    if (context.cancel.is_set()) return fail(Code::Cancelled, "stopped on request", output);
     TRY(points.read_block(number, block));
     count += block.positions.size();
   }
@@ -249,6 +245,9 @@ Result<ToolReport> simulate_plan(const std::string& plan_path, const std::string
   for (plan::Station& station : plan.stations)
     if (station.data.empty()) {
       station.data = "views/" + station.name + ".ply";
+      if (!is_inside(station.data))
+        return fail(Code::BadParameter,
+                    "station " + station.name + " has no data file and its name cannot be one; add data", plan_path);
       named_here = true;
     }
   std::uint64_t points = 0;
@@ -271,7 +270,7 @@ Result<ToolReport> simulate_plan(const std::string& plan_path, const std::string
   }
   progress.stage("simulate", plan.stations.size(), plan.stations.size());
   const std::string plan_copy = folder + "/" + std::filesystem::path(plan_path).filename().string();
-  TRY(write_text(plan_copy, named_here ? document::to_yaml(plan::to_document(plan)) : text));
+  TRY(store::write_text(plan_copy, named_here ? document::to_yaml(plan::to_document(plan)) : text));
   ToolReport report;
   report.values.set("plan", plan_copy);
   report.values.set("object", object_name);

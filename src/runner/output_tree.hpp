@@ -38,8 +38,4 @@ class OutputTree {
   std::string root_;
 };
 
-/// Writes a small file in one step.
-/// errors  NoSpace, IoFailed naming it
-Result<void> write_text(const std::string& path, const std::string& text);
-
 }  // namespace scanmill::runner

@@ -59,6 +59,9 @@ class Site {
 
  private:
   void rows_in_reach(const Triangle& t) const;
+  /// body(number) for each triangle from number `from` on that crosses t, until it returns false.
+  template <class Body>
+  void visit_crossings(const Triangle& t, std::uint32_t from, Body body) const;
 
   double range2_, cos_min_angle_;
   double reach_;      // mm: every point of a triangle is this near to one of its corners

@@ -80,7 +80,7 @@ class StarBuilder {
  private:
   void gather(std::size_t row) {
     const Vec3 n = points_.normal[row], at = points_.projected[row], measured = points_.measured[row];
-    const Vec3 e1 = unit(cross(n, std::abs(n.x) < 0.6 ? Vec3{1, 0, 0} : Vec3{0, 1, 0})), e2 = cross(n, e1);
+    const Vec3 e1 = perpendicular(n), e2 = cross(n, e1);
     const double scale = 1 / points_.edge_mm, own = tie_weight(points_, row);
     const double limit2 = range2_ * points_.edge_mm * points_.edge_mm;
     tangent_.size = 0;
