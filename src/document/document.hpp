@@ -92,7 +92,7 @@ struct Node::Entry {
 /// JSON is a subset. Limits: depth 64, 1,000,000 nodes.
 /// errors  BadParameter with "name:line:column" as place
 Result<Node> parse_yaml(std::string_view text, const std::string& name);
-/// Strict JSON, same limits and errors.
+/// Strict JSON; the same limits, no marks (and `name` alone as place).
 Result<Node> parse_json(std::string_view text, const std::string& name);
 
 /// JSON text; `indent` < 0 gives one line. Numbers in their shortest round-trip form; maps in their own order.

@@ -3,6 +3,7 @@
 #include <yaml-cpp/eventhandler.h>
 #include <yaml-cpp/yaml.h>
 
+#include <charconv>
 #include <sstream>
 
 #include "base/text.hpp"
@@ -25,9 +26,10 @@ Node plain_scalar(const std::string& text) {
   if (text.empty() || text == "~" || text == "null") return {};
   if (text == "true") return Node(true);
   if (text == "false") return Node(false);
-  if (text.find_first_not_of("+-0123456789") == std::string::npos && text.size() < 19) {
-    if (const auto value = parse_number(text)) return Node(static_cast<std::int64_t>(*value < 0 ? *value : *value));
-  }
+  std::int64_t whole = 0;
+  const char* begin = text.data() + (text.size() > 1 && text[0] == '+' && text[1] != '-' ? 1 : 0);
+  const auto [end, error] = std::from_chars(begin, text.data() + text.size(), whole);
+  if (error == std::errc{} && end == text.data() + text.size()) return Node(whole);
   const char first = text.front();
   if ((first >= '0' && first <= '9') || first == '-' || first == '+' || first == '.')
     if (const auto value = parse_number(text)) return Node(*value);
