@@ -9,6 +9,7 @@
 
 #include <algorithm>
 
+#include "base/text.hpp"
 #include "reduce/binning.hpp"
 #include "reduce/frame.hpp"
 
@@ -22,11 +23,20 @@ constexpr double kCreaseOverMedian = 2.5, kCreaseResidual = 0.2;
 constexpr double kNoisyFrom = 0.15;
 /// A foot farther than this from the measured point is no foot of this surface; the measured point is used.
 constexpr double kMaxProjection = 1.5;
+/// mm; a cloud outside these is no scan, and the search for a bin edge would leave the range of double.
+constexpr double kLeastExtent = 1e-9, kGreatestExtent = 1e12;
 
 std::int64_t round_down(std::int64_t value) { return value & ~std::int64_t{1023}; }
 
+/// `somewhere` may lie anywhere: a base within 2^51 bins of the origin keeps all bin numbers in range, and points that
+/// are no 2^30 bins from it are refused when they are placed.
 LocalFrame local_frame(const Lattice& lattice, Vec3 somewhere) {
-  const BinKey bin = bin_of(lattice, somewhere);
+  auto within = [&](double p, double origin) {
+    const double limit = 0x1p51 * lattice.edge_mm;
+    return std::clamp(p, origin - limit, origin + limit);
+  };
+  const BinKey bin = bin_of(lattice, {within(somewhere.x, lattice.origin.x), within(somewhere.y, lattice.origin.y),
+                                      within(somewhere.z, lattice.origin.z)});
   return {lattice, {round_down(bin.i), round_down(bin.j), round_down(bin.k)}};
 }
 
@@ -179,7 +189,11 @@ Result<double> edge_for_bins(const PointSource& points, const Bounds& bounds, Ve
                              const Context& context) {
   const Vec3 size = bounds.size();
   const double extent = std::max({size.x, size.y, size.z});
-  if (!(extent > 0)) return fail(Code::BadInput, "all points coincide; no bin edge gives the wanted number of bins");
+  if (!(extent > kLeastExtent))
+    return fail(Code::BadInput, "all points coincide; no bin edge gives the wanted number of bins");
+  if (!(extent < kGreatestExtent))
+    return fail(Code::BadInput,
+                "the cloud is " + number_text(extent) + " mm wide; stray points far away, or wrong units");
   double low = extent / (2 * std::sqrt(wanted)) / 8, high = extent * 2;
   double edge = extent / std::sqrt(wanted);
   for (int trial = 0; trial < 24; ++trial) {
