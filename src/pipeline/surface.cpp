@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "base/text.hpp"
 #include "front/front.hpp"
 
 namespace scanmill::pipeline {
@@ -191,7 +192,7 @@ Result<MeshedSurface> mesh_surface(const reduce::ReducedCloud& cloud, const Boun
       merge::merge_components({w.measured, offset, grown.side_known, grown.triangles, grown.patch}, what.merge);
   if (merged.mesh.triangles.empty())
     return fail(Code::BadInput, "no triangle can be made of " + std::to_string(out.stars.kept) +
-                                    " kept points; is the bin edge (" + std::to_string(cloud.lattice.edge_mm) +
+                                    " kept points; is the bin edge (" + number_text(cloud.lattice.edge_mm) +
                                     " mm) finer than the sensor's pitch, or are the units wrong?");
   out.mesh = std::move(merged.mesh);
   out.vertex_row = std::move(merged.vertex_row);
