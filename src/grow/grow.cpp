@@ -149,8 +149,7 @@ class Grower {
       }
       if (nearest == kFree || std::sqrt(best) > kFarthestSeed * in_.edge_mm)
         return fail(Code::BadParameter,
-                    "seed " + std::to_string(s + 1) + " lies " +
-                        number_text(static_cast<double>(static_cast<std::int64_t>(std::sqrt(best) * 100)) / 100) +
+                    "seed " + std::to_string(s + 1) + " lies " + number_text(std::floor(std::sqrt(best) * 100) / 100) +
                         " mm from the nearest triangle (allowed 10 bins, " + number_text(kFarthestSeed * in_.edge_mm) +
                         " mm); give it in the global frame, mm");
       seeds_.push_back({at, nearest, SeedOrigin::Given});

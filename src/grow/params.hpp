@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The job's `seeds` section and the result of growth.
+// The job's `seeds` section.
 #pragma once
 #include <cstdint>
 #include <span>
