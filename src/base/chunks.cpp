@@ -45,7 +45,8 @@ void ChunkLoop::run(std::size_t chunks, FunctionRef<void(std::size_t, int)> body
 #else
 
 struct ChunkLoop::Impl {
-  explicit Impl(int n) : allowed(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(n)), arena(n, 1), threads(n) {}
+  explicit Impl(int n)
+      : allowed(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(n)), arena(n, 1), threads(n) {}
   tbb::global_control allowed;  // also lets more threads run than the machine has cores, for invariance tests
   mutable tbb::task_arena arena;
   int threads;

@@ -38,8 +38,8 @@ class CancelFlag {
   std::atomic<bool> flag_{false};
 };
 
-/// Runs numbered chunks on a fixed number of threads. Which worker gets which chunk is not fixed, so results are stored by
-/// chunk number, or combined by a commutative and associative operation on exact values.
+/// Runs numbered chunks on a fixed number of threads. Which worker gets which chunk is not fixed, so results are stored
+/// by chunk number, or combined by a commutative and associative operation on exact values.
 class ChunkLoop {
  public:
   /// threads >= 1
@@ -49,8 +49,8 @@ class ChunkLoop {
   ChunkLoop& operator=(const ChunkLoop&) = delete;
 
   int threads() const;
-  /// body(chunk, worker) for every chunk in [0, chunks); worker in [0, threads()), never two at once with the same number.
-  /// Exceptions of the body reach the caller.
+  /// body(chunk, worker) for every chunk in [0, chunks); worker in [0, threads()), never two at once with the same
+  /// number. Exceptions of the body reach the caller.
   void run(std::size_t chunks, FunctionRef<void(std::size_t chunk, int worker)> body) const;
 
  private:
@@ -63,7 +63,8 @@ struct Context {
   const CancelFlag& cancel;
 };
 
-/// body(begin, end) over [0, count) in fixed pieces of `grain`; stops early when cancelled (the caller checks the flag).
+/// body(begin, end) over [0, count) in fixed pieces of `grain`; stops early when cancelled (the caller checks the
+/// flag).
 void for_each_range(const Context& context, std::size_t count, std::size_t grain,
                     FunctionRef<void(std::size_t begin, std::size_t end)> body);
 /// The same with the number of the piece and of the worker.

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// One table per parameter struct; job parsing, help texts, the schema and the record all read it. Nothing is written twice.
+// One table per parameter struct; job parsing, help texts, the schema and the record all read it. Nothing is written
+// twice.
 #pragma once
 #include <cstdint>
 #include <limits>
@@ -58,8 +59,9 @@ struct Limits {
 template <class P, auto Member>
 Field field(std::string_view name, std::string_view symbol, std::string_view help, Limits limits = {},
             std::span<const std::string_view> words = {}) {
-  return Field{name, symbol, help, detail::member_access<P, Member>(), limits.minimum, limits.maximum,
-               limits.minimum_excluded, words};
+  return Field{
+      name, symbol, help, detail::member_access<P, Member>(), limits.minimum, limits.maximum, limits.minimum_excluded,
+      words};
 }
 
 /// Every row outside its limits, one sentence each; empty when all is well.

@@ -14,9 +14,12 @@ enum class VertexId : std::uint32_t {};
 enum class PatchId : std::uint32_t {};
 
 template <class Id>
-constexpr std::uint32_t index_of(Id id) { return static_cast<std::uint32_t>(id); }
+constexpr std::uint32_t index_of(Id id) {
+  return static_cast<std::uint32_t>(id);
+}
 
-/// Where a measured point came from: view and row in the view's file (PLY: vertex number from 0; text: line number from 1).
+/// Where a measured point came from: view and row in the view's file (PLY: vertex number from 0; text: line number from
+/// 1).
 struct SourceKey {
   ViewId view{};
   std::uint64_t row = 0;

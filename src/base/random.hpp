@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Random numbers from (seed, key, purpose), never from clock, thread or device. Only + - * / and sqrt.
 #pragma once
-#include <cstdint>
 #include <cmath>
+#include <cstdint>
 
 #include "base/digest.hpp"
 
@@ -16,8 +16,8 @@ class Random {
   /// In [0, 1), 53 bits.
   double uniform() { return static_cast<double>(next() >> 11) * 0x1p-53; }
   double uniform(double low, double high) { return low + (high - low) * uniform(); }
-  /// Mean 0, variance 1, as the centred sum of twelve uniforms: no logarithm or sine, so the same bits on every machine.
-  /// Range +-6; kurtosis 2.9.
+  /// Mean 0, variance 1, as the centred sum of twelve uniforms: no logarithm or sine, so the same bits on every
+  /// machine. Range +-6; kurtosis 2.9.
   double gauss() {
     double sum = -6;
     for (int i = 0; i < 12; ++i) sum += uniform();

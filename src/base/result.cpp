@@ -5,14 +5,22 @@ namespace scanmill {
 
 const char* name_of(Code code) {
   switch (code) {
-    case Code::BadUsage: return "BadUsage";
-    case Code::BadParameter: return "BadParameter";
-    case Code::BadInput: return "BadInput";
-    case Code::IoFailed: return "IoFailed";
-    case Code::NoSpace: return "NoSpace";
-    case Code::Cancelled: return "Cancelled";
-    case Code::Unsupported: return "Unsupported";
-    case Code::Internal: return "Internal";
+    case Code::BadUsage:
+      return "BadUsage";
+    case Code::BadParameter:
+      return "BadParameter";
+    case Code::BadInput:
+      return "BadInput";
+    case Code::IoFailed:
+      return "IoFailed";
+    case Code::NoSpace:
+      return "NoSpace";
+    case Code::Cancelled:
+      return "Cancelled";
+    case Code::Unsupported:
+      return "Unsupported";
+    case Code::Internal:
+      return "Internal";
   }
   return "Internal";
 }

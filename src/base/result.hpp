@@ -21,7 +21,8 @@ enum class Code {
 
 const char* name_of(Code code);
 
-/// `message`: what was found, what was wanted, what to do. `where`: file, then line or byte, view, scan; outermost first.
+/// `message`: what was found, what was wanted, what to do. `where`: file, then line or byte, view, scan; outermost
+/// first.
 struct Error {
   Code code = Code::Internal;
   std::string message;
@@ -40,8 +41,8 @@ inline Error fail(Code code, std::string message, std::string where = {}) {
 template <class T>
 class [[nodiscard]] Result {
  public:
-  Result(T value) : state_(std::in_place_index<0>, std::move(value)) {}        // NOLINT: by intent
-  Result(Error error) : state_(std::in_place_index<1>, std::move(error)) {}    // NOLINT: by intent
+  Result(T value) : state_(std::in_place_index<0>, std::move(value)) {}      // NOLINT: by intent
+  Result(Error error) : state_(std::in_place_index<1>, std::move(error)) {}  // NOLINT: by intent
   explicit operator bool() const { return state_.index() == 0; }
   bool ok() const { return state_.index() == 0; }
   T& value() & { return std::get<0>(state_); }
@@ -79,16 +80,16 @@ class [[nodiscard]] Result<void> {
 #define SCANMILL_CONCAT_(a, b) a##b
 #define SCANMILL_CONCAT(a, b) SCANMILL_CONCAT_(a, b)
 /// TRY(expr): return the error of `expr` from the enclosing function, if there is one.
-#define SCANMILL_TRY_(name, ...)                                 \
-  do {                                                           \
-    auto name = (__VA_ARGS__);                                   \
-    if (!name.ok()) return std::move(name).error();              \
+#define SCANMILL_TRY_(name, ...)                    \
+  do {                                              \
+    auto name = (__VA_ARGS__);                      \
+    if (!name.ok()) return std::move(name).error(); \
   } while (false)
 #define TRY(...) SCANMILL_TRY_(SCANMILL_CONCAT(try_result_, __COUNTER__), __VA_ARGS__)
 /// TRY_ASSIGN(auto x, expr): the value of `expr`, or return its error.
-#define SCANMILL_TRY_ASSIGN_(name, declaration, ...)    \
-  auto name = (__VA_ARGS__);                            \
-  if (!name.ok()) return std::move(name).error();       \
+#define SCANMILL_TRY_ASSIGN_(name, declaration, ...) \
+  auto name = (__VA_ARGS__);                         \
+  if (!name.ok()) return std::move(name).error();    \
   declaration = std::move(name).value()
 #define TRY_ASSIGN(declaration, ...) \
   SCANMILL_TRY_ASSIGN_(SCANMILL_CONCAT(try_value_, __COUNTER__), declaration, __VA_ARGS__)

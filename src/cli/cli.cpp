@@ -120,7 +120,7 @@ std::string unknown_word(const CLI::App& app) {
       names.push_back(sub->get_name());
     std::string all;
     for (const std::string& name : names) all += (all.empty() ? "" : ", ") + name;
-    if (rest[0].front() == '-') return with_nearest("unknown option " + rest[0], rest[0], {"--version", "--help"});
+    if (rest[0].starts_with('-')) return with_nearest("unknown option " + rest[0], rest[0], {"--version", "--help"});
     return with_nearest("unknown command " + rest[0] + "; allowed " + all, rest[0], names);
   }
   const CLI::App& sub = *subs[0];

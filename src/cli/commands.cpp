@@ -75,15 +75,7 @@ Result<std::uint64_t> CommonOptions::memory_cap() const {
 }
 
 int complain(Console& console, const Error& error) {
-  const std::string text = error.text();
-  for (std::size_t from = 0; from <= text.size();) {
-    const std::size_t to = std::min(text.find('\n', from), text.size());
-    Node event = Console::event("error");
-    event.set("code", name_of(error.code));
-    event.set("text", text.substr(from, to - from));
-    console.problem(text.substr(from, to - from), event);
-    from = to + 1;
-  }
+  console.complain(error);
   return runner::exit_code_of(error);
 }
 

@@ -22,7 +22,8 @@ struct CommonOptions {
   std::string memory;
 
   Result<runner::ConsoleOptions> console() const;
-  /// 0 when no cap was given. errors  BadUsage
+  /// The value of --memory in bytes; 0 when no cap was given.
+  /// errors  BadUsage when it is no size
   Result<std::uint64_t> memory_cap() const;
 };
 

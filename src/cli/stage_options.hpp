@@ -20,7 +20,8 @@ class StageOptions {
  public:
   /// Adds the keys of these sections ("" is the job's top level, "seeds" also --seed x,y,z) to the command.
   void add_to(CLI::App& command, std::initializer_list<std::string_view> sections);
-  /// The values given, judged like a job's. errors  BadParameter, a line each, with "command line" as place
+  /// The values given, judged like a job's.
+  /// errors  BadParameter, a line each, with "command line" as place
   Result<pipeline::What> what(bool needs_bin) const;
 
  private:

@@ -23,11 +23,11 @@ struct ViewPoint {
 struct PointBlock {
   ViewId view{};
   ViewPoint view_point;
-  std::vector<Vec3> positions;           // all finite
-  std::vector<std::uint64_t> rows;       // same length; ascending
-  std::uint64_t points_read = 0;         // rows of the file behind this block, dropped ones included
-  std::uint64_t not_finite = 0;          // dropped: NaN or infinite coordinates
-  std::uint64_t sensor_invalid = 0;      // dropped: the file says that the cell holds no measurement
+  std::vector<Vec3> positions;       // all finite
+  std::vector<std::uint64_t> rows;   // same length; ascending
+  std::uint64_t points_read = 0;     // rows of the file behind this block, dropped ones included
+  std::uint64_t not_finite = 0;      // dropped: NaN or infinite coordinates
+  std::uint64_t sensor_invalid = 0;  // dropped: the file says that the cell holds no measurement
   void clear() {
     positions.clear();
     rows.clear();

@@ -9,7 +9,8 @@
 namespace scanmill::document {
 
 const char* Node::kind() const {
-  static constexpr const char* kNames[] = {"nothing", "true/false", "a whole number", "a number", "a text", "a list", "a map"};
+  static constexpr const char* kNames[] = {"nothing", "true/false", "a whole number", "a number",
+                                           "a text",  "a list",     "a map"};
   return kNames[value_.index()];
 }
 
@@ -40,11 +41,21 @@ void append_string(std::string& out, const std::string& text) {
   for (const char c : text) {
     const auto byte = static_cast<unsigned char>(c);
     switch (c) {
-      case '"': out += "\\\""; break;
-      case '\\': out += "\\\\"; break;
-      case '\n': out += "\\n"; break;
-      case '\r': out += "\\r"; break;
-      case '\t': out += "\\t"; break;
+      case '"':
+        out += "\\\"";
+        break;
+      case '\\':
+        out += "\\\\";
+        break;
+      case '\n':
+        out += "\\n";
+        break;
+      case '\r':
+        out += "\\r";
+        break;
+      case '\t':
+        out += "\\t";
+        break;
       default:
         if (byte < 0x20) {
           out += "\\u00";
@@ -72,14 +83,19 @@ void write_json(std::string& out, const Node& node, int indent, int depth, bool 
     out += '\n';
     out.append(static_cast<std::size_t>(level * indent), ' ');
   };
-  if (node.is_null()) out += "null";
-  else if (node.is_bool()) out += node.as_bool() ? "true" : "false";
-  else if (node.is_number()) out += number_json(node);
-  else if (node.is_string()) append_string(out, node.as_string());
+  if (node.is_null())
+    out += "null";
+  else if (node.is_bool())
+    out += node.as_bool() ? "true" : "false";
+  else if (node.is_number())
+    out += number_json(node);
+  else if (node.is_string())
+    append_string(out, node.as_string());
   else if (node.is_sequence()) {
     out += '[';
     bool first = true;
-    const bool flat = std::all_of(node.items().begin(), node.items().end(), [](const Node& n) { return !n.is_map() && !n.is_sequence(); });
+    const bool flat = std::all_of(node.items().begin(), node.items().end(),
+                                  [](const Node& n) { return !n.is_map() && !n.is_sequence(); });
     for (const Node& item : node.items()) {
       if (!first) out += indent >= 0 && flat ? ", " : ",";
       first = false;
@@ -139,9 +155,13 @@ void write_yaml(std::string& out, const Node& node, int depth) {
   } else {
     for (const Node::Entry& entry : node.entries()) {
       pad();
-      const bool plain = !entry.key.empty() && entry.key.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-.") == std::string::npos;
-      if (plain) out += entry.key;
-      else append_string(out, entry.key);
+      const bool plain = !entry.key.empty() &&
+                         entry.key.find_first_not_of(
+                             "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-.") == std::string::npos;
+      if (plain)
+        out += entry.key;
+      else
+        append_string(out, entry.key);
       out += ':';
       value_of(entry.value);
     }

@@ -26,17 +26,25 @@ class Node {
   using Map = std::vector<Entry>;
 
   Node() = default;
-  Node(bool value) : value_(value) {}                                           // NOLINT: by intent
-  Node(std::int64_t value) : value_(value) {}                                   // NOLINT: by intent
-  Node(int value) : value_(static_cast<std::int64_t>(value)) {}                 // NOLINT: by intent
-  Node(std::uint64_t value) : value_(static_cast<std::int64_t>(value)) {}       // NOLINT: by intent
-  Node(std::uint32_t value) : value_(static_cast<std::int64_t>(value)) {}       // NOLINT: by intent
-  Node(double value) : value_(value) {}                                         // NOLINT: by intent
-  Node(std::string value) : value_(std::move(value)) {}                         // NOLINT: by intent
-  Node(std::string_view value) : value_(std::string(value)) {}                  // NOLINT: by intent
-  Node(const char* value) : value_(std::string(value)) {}                       // NOLINT: by intent
-  static Node sequence() { Node node; node.value_ = Sequence{}; return node; }
-  static Node map() { Node node; node.value_ = Map{}; return node; }
+  Node(bool value) : value_(value) {}                                      // NOLINT: by intent
+  Node(std::int64_t value) : value_(value) {}                              // NOLINT: by intent
+  Node(int value) : value_(static_cast<std::int64_t>(value)) {}            // NOLINT: by intent
+  Node(std::uint64_t value) : value_(static_cast<std::int64_t>(value)) {}  // NOLINT: by intent
+  Node(std::uint32_t value) : value_(static_cast<std::int64_t>(value)) {}  // NOLINT: by intent
+  Node(double value) : value_(value) {}                                    // NOLINT: by intent
+  Node(std::string value) : value_(std::move(value)) {}                    // NOLINT: by intent
+  Node(std::string_view value) : value_(std::string(value)) {}             // NOLINT: by intent
+  Node(const char* value) : value_(std::string(value)) {}                  // NOLINT: by intent
+  static Node sequence() {
+    Node node;
+    node.value_ = Sequence{};
+    return node;
+  }
+  static Node map() {
+    Node node;
+    node.value_ = Map{};
+    return node;
+  }
 
   bool is_null() const { return value_.index() == 0; }
   bool is_bool() const { return value_.index() == 1; }
@@ -66,8 +74,8 @@ class Node {
   /// Appends to a sequence.
   void push(Node value) { items().push_back(std::move(value)); }
 
-  Mark mark;          // of the value
-  std::string text;   // a scalar exactly as written, unquoted; empty for nodes that were not read from a text
+  Mark mark;         // of the value
+  std::string text;  // a scalar exactly as written, unquoted; empty for nodes that were not read from a text
 
  private:
   std::variant<std::monostate, bool, std::int64_t, double, std::string, Sequence, Map> value_;
@@ -79,12 +87,12 @@ struct Node::Entry {
   Node value;
 };
 
-/// YAML 1.1 text, restricted: one document; no aliases, anchors or tags; plain scalars are null/~, true/false, numbers by
-/// from_chars, else strings (so 010 is a string's worth of trouble less: it reads as 10); duplicate keys refused.
+/// YAML 1.1 text, restricted: one document; no aliases, anchors or tags; plain scalars are null/~, true/false, numbers
+/// by from_chars, else strings (so 010 is a string's worth of trouble less: it reads as 10); duplicate keys refused.
 /// JSON is a subset. Limits: depth 64, 1,000,000 nodes.
 /// errors  BadParameter with "name:line:column" as place
 Result<Node> parse_yaml(std::string_view text, const std::string& name);
-/// Strict JSON, same limits and errors.
+/// Strict JSON; the same limits, no marks (and `name` alone as place).
 Result<Node> parse_json(std::string_view text, const std::string& name);
 
 /// JSON text; `indent` < 0 gives one line. Numbers in their shortest round-trip form; maps in their own order.

@@ -14,7 +14,8 @@ std::string place_of(const std::string& name, Mark mark) { return mark.line > 0 
 
 std::string limits_text(const Field& row) {
   if (!std::isfinite(row.minimum) && !std::isfinite(row.maximum)) return "any number";
-  return std::string(row.minimum_excluded ? "(" : "[") + number_text(row.minimum) + ", " + number_text(row.maximum) + "]";
+  return std::string(row.minimum_excluded ? "(" : "[") + number_text(row.minimum) + ", " + number_text(row.maximum) +
+         "]";
 }
 
 bool is_extension(std::string_view key) { return key.substr(0, 2) == "x-"; }

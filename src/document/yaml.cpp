@@ -3,6 +3,7 @@
 #include <yaml-cpp/eventhandler.h>
 #include <yaml-cpp/yaml.h>
 
+#include <charconv>
 #include <sstream>
 
 #include "base/text.hpp"
@@ -25,9 +26,10 @@ Node plain_scalar(const std::string& text) {
   if (text.empty() || text == "~" || text == "null") return {};
   if (text == "true") return Node(true);
   if (text == "false") return Node(false);
-  if (text.find_first_not_of("+-0123456789") == std::string::npos && text.size() < 19) {
-    if (const auto value = parse_number(text)) return Node(static_cast<std::int64_t>(*value < 0 ? *value : *value));
-  }
+  std::int64_t whole = 0;
+  const char* begin = text.data() + (text.size() > 1 && text[0] == '+' && text[1] != '-' ? 1 : 0);
+  const auto [end, error] = std::from_chars(begin, text.data() + text.size(), whole);
+  if (error == std::errc{} && end == text.data() + text.size()) return Node(whole);
   const char first = text.front();
   if ((first >= '0' && first <= '9') || first == '-' || first == '+' || first == '.')
     if (const auto value = parse_number(text)) return Node(*value);
@@ -47,16 +49,19 @@ class Builder final : public YAML::EventHandler {
   void OnAlias(const YAML::Mark& mark, YAML::anchor_t) override {
     throw Refused{"aliases (*name) are not used in scanmill files; write the value out", mark_of(mark)};
   }
-  void OnScalar(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor, const std::string& value) override {
+  void OnScalar(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor,
+                const std::string& value) override {
     refuse_anchor(mark, anchor);
     add(tag == "!" ? Node(value) : plain_scalar(value), mark, value);
   }
-  void OnSequenceStart(const YAML::Mark& mark, const std::string&, YAML::anchor_t anchor, YAML::EmitterStyle::value) override {
+  void OnSequenceStart(const YAML::Mark& mark, const std::string&, YAML::anchor_t anchor,
+                       YAML::EmitterStyle::value) override {
     refuse_anchor(mark, anchor);
     open(Node::sequence(), mark);
   }
   void OnSequenceEnd() override { close(); }
-  void OnMapStart(const YAML::Mark& mark, const std::string&, YAML::anchor_t anchor, YAML::EmitterStyle::value) override {
+  void OnMapStart(const YAML::Mark& mark, const std::string&, YAML::anchor_t anchor,
+                  YAML::EmitterStyle::value) override {
     refuse_anchor(mark, anchor);
     open(Node::map(), mark);
   }
@@ -73,7 +78,8 @@ class Builder final : public YAML::EventHandler {
   std::size_t nodes_ = 0;
 
   static void refuse_anchor(const YAML::Mark& mark, YAML::anchor_t anchor) {
-    if (anchor != 0) throw Refused{"anchors (&name) are not used in scanmill files; write the value out", mark_of(mark)};
+    if (anchor != 0)
+      throw Refused{"anchors (&name) are not used in scanmill files; write the value out", mark_of(mark)};
   }
   void count(const Mark& mark) {
     if (++nodes_ > kMaxNodes) throw Refused{"more than a million values; this is not a job or plan", mark};
@@ -98,7 +104,8 @@ class Builder final : public YAML::EventHandler {
       for (const Node::Entry& entry : level.node.entries())
         if (entry.key == text)
           throw Refused{"the key '" + text + "' stands here a second time (first in line " +
-                            std::to_string(entry.mark.line) + "); remove one", mark_of(mark)};
+                            std::to_string(entry.mark.line) + "); remove one",
+                        mark_of(mark)};
       level.key = text;
       level.key_mark = mark_of(mark);
       level.has_key = true;
@@ -133,7 +140,8 @@ Result<Node> parse_yaml(std::string_view text, const std::string& name) {
     if (!parser.HandleNextDocument(builder)) return Node::map();
     Builder second;
     if (parser.HandleNextDocument(second) && !second.root.is_null())
-      return fail(Code::BadParameter, "a second document begins after '---'; one file holds one document", place(name, second.root.mark));
+      return fail(Code::BadParameter, "a second document begins after '---'; one file holds one document",
+                  place(name, second.root.mark));
     return std::move(builder.root);
   } catch (const Refused& refused) {
     return fail(Code::BadParameter, refused.message, place(name, refused.mark));

@@ -15,14 +15,15 @@
 namespace scanmill::exporting {
 
 /// Binary STL: 80-byte header beginning "scanmill" (never "solid", no time), attribute bytes zero, normals from the
-/// float32 corners, no -0. Positions are written as Mesh holds them (offset not added). errors  what the sink reports;
-/// Unsupported above 2^32-1 triangles
+/// float32 corners, no -0. Positions are written as Mesh holds them (offset not added).
+/// errors  what the sink reports; Unsupported above 2^32-1 triangles
 Result<void> write_stl(const Mesh& mesh, ByteSink& sink);
 
 /// The 80 header bytes that write_stl writes.
 std::string stl_header();
 
-/// What a binary STL holds, for reading back. errors  BadInput when the size is not 84 + 50 n
+/// What a binary STL holds, for reading back.
+/// errors  BadInput when the size is not 84 + 50 n
 Result<std::vector<std::array<float, 9>>> read_stl(const ByteSource& source);
 
 /// Corner for corner comparison of a file with the mesh it was written from; Internal naming the first difference.

@@ -12,16 +12,6 @@ namespace {
 
 constexpr std::uint64_t kMaxConf = 16 << 20;
 
-std::vector<std::string_view> words_of(std::string_view line) {
-  std::vector<std::string_view> words;
-  for (std::size_t at = line.find_first_not_of(" \t\r"); at != std::string_view::npos;) {
-    const std::size_t end = std::min(line.find_first_of(" \t\r", at), line.size());
-    words.push_back(line.substr(at, end - at));
-    at = line.find_first_not_of(" \t\r", end);
-  }
-  return words;
-}
-
 Result<ConfView> read_view(const std::vector<std::string_view>& words, std::string_view line,
                            const std::string& place) {
   std::array<double, 7> numbers{};

@@ -16,8 +16,8 @@ struct ConfView {
 
 /// Lines `bmesh FILE tx ty tz qx qy qz qw` (also `mesh`); `camera` lines, comments and blank lines are passed over.
 /// The rule is p' = R(q)^T p + t: the conjugate of the quaternion as written. Measured on the bunny: with it
-/// neighbouring views share 59 % of 1 mm voxels (median), with the plain reading 3 % or less. errors  BadInput with
-/// "file:line" for any other line, numbers missing, a file named twice or outside the folder;
+/// neighbouring views share 59 % of 1 mm voxels (median), with the plain reading 3 % or less.
+/// errors  BadInput with "file:line" for any other line, numbers missing, a file named twice or outside the folder;
 ///         BadInput when no view is named
 Result<std::vector<ConfView>> read_conf(const ByteSource& source);
 

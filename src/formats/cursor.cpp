@@ -68,16 +68,6 @@ std::string quoted(std::string_view text) {
   return out + (text.size() > 40 ? "...\"" : "\"");
 }
 
-bool is_inside(std::string_view path) {
-  if (path.empty() || path.front() == '/' || path.find('\0') != std::string_view::npos) return false;
-  for (std::size_t at = 0; at <= path.size();) {
-    const std::size_t end = std::min(path.find('/', at), path.size());
-    if (path.substr(at, end - at) == "..") return false;
-    at = end + 1;
-  }
-  return true;
-}
-
 Result<void> read_exactly(const ByteSource& source, std::uint64_t offset, std::span<char> out) {
   TRY_ASSIGN(const std::size_t got, source.read_at(offset, out));
   if (got == out.size()) return {};

@@ -57,9 +57,6 @@ std::string byte_place(const std::string& name, std::uint64_t offset);
 std::string line_place(const std::string& name, std::uint64_t line);
 /// A piece of a file for a message: at most 40 bytes, what cannot be printed as '?'.
 std::string quoted(std::string_view text);
-/// Whether a relative path stays below the folder it is relative to: no "..", not absolute, not empty. Archives are not
-/// trusted.
-bool is_inside(std::string_view path);
 /// Exactly out.size() bytes; IoFailed when the source has become shorter since it was opened.
 Result<void> read_exactly(const ByteSource& source, std::uint64_t offset, std::span<char> out);
 

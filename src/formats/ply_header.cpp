@@ -6,6 +6,7 @@
 #include <charconv>
 #include <cstring>
 
+#include "base/text.hpp"
 #include "formats/cursor.hpp"
 
 namespace scanmill::formats {
@@ -33,16 +34,6 @@ bool type_from(std::string_view word, PlyType& type) {
     return true;
   }
   return false;
-}
-
-std::vector<std::string_view> words_of(std::string_view line) {
-  std::vector<std::string_view> words;
-  for (std::size_t at = 0;;) {
-    const auto begin = line.find_first_not_of(" \t\r", at);
-    if (begin == std::string_view::npos) return words;
-    at = std::min(line.find_first_of(" \t\r", begin), line.size());
-    words.push_back(line.substr(begin, at - begin));
-  }
 }
 
 template <class T>

@@ -24,7 +24,8 @@ struct PlyLayout {
 };
 
 /// Finds the rows of element number `wanted` and checks that the file holds what the header declares, to the last
-/// element. errors  BadInput with "file: byte N" or "file:line" where the file ends too early
+/// element.
+/// errors  BadInput with "file: byte N" or "file:line" where the file ends too early
 Result<PlyLayout> find_rows(const ByteSource& source, const PlyHeader& header, std::size_t wanted);
 
 /// Rows of a fixed-size element per run: 65536, fewer when rows are so long that a block would pass 16 MiB.

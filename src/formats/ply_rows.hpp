@@ -10,7 +10,8 @@
 namespace scanmill::formats {
 
 /// Values of one line in the order of `wanted` (indices of scalar properties, ascending). The line must hold exactly
-/// the values the header declares. errors  BadInput at `place`
+/// the values the header declares.
+/// errors  BadInput with "name:line_number" as place
 Result<void> read_ascii_row(std::string_view line, const PlyElement& element, std::span<const int> wanted,
                             std::span<double> values, const std::string& name, std::uint64_t line_number);
 

@@ -30,7 +30,8 @@ bool is_point_suffix(std::string_view suffix);
 bool is_unsupported_suffix(std::string_view suffix);
 
 /// Judges by content first, then by the suffix of the source's name. Headers that are broken give the kind they claim
-/// to be: opening the file then says what is wrong. errors  those of the source
+/// to be: opening the file then says what is wrong.
+/// errors  those of the source
 Result<Probe> probe(const ByteSource& source);
 
 }  // namespace scanmill::formats

@@ -35,8 +35,8 @@ struct TextStart {
 };
 
 /// Judges the beginning of a text file. `text` is its first bytes; `complete` when that is all of it (otherwise the
-/// last line may be cut and is left out). errors  BadInput with "file:line": no line with three numbers, a header that
-/// names x and y but no z, decimal commas,
+/// last line may be cut and is left out).
+/// errors  BadInput with "file:line": no line with three numbers, a header that names x and y but no z, decimal commas,
 ///         UTF-16, line ends that are a carriage return alone
 Result<TextStart> judge_start(std::string_view text, bool complete, const std::string& name);
 

@@ -15,16 +15,16 @@ namespace scanmill::formats {
 enum class RowMeaning { VertexFromZero, LineFromOne };
 
 struct ViewHeader {
-  std::string format;               // "ply ascii", "ply binary_little_endian", "xyz", ...
+  std::string format;  // "ply ascii", "ply binary_little_endian", "xyz", ...
   RowMeaning row_meaning = RowMeaning::VertexFromZero;
-  std::uint64_t rows = 0;           // vertices declared, or data lines counted
-  bool has_faces = false;           // a mesh, so no scan unless asked
-  bool has_grid = false;            // organised rows and columns (range_grid)
-  std::vector<std::string> notes;   // what was skipped or repaired, one sentence each
+  std::uint64_t rows = 0;          // vertices declared, or data lines counted
+  bool has_faces = false;          // a mesh, so no scan unless asked
+  bool has_grid = false;           // organised rows and columns (range_grid)
+  std::vector<std::string> notes;  // what was skipped or repaired, one sentence each
 };
 
-/// One file, opened: the header has been read and checked against the file's size. Blocks are read by any thread, in any
-/// order, again and again. Positions are as the file gives them: its units, its frame.
+/// One file, opened: the header has been read and checked against the file's size. Blocks are read by any thread, in
+/// any order, again and again. Positions are as the file gives them: its units, its frame.
 class ViewReader {
  public:
   virtual ~ViewReader() = default;

@@ -39,8 +39,8 @@ struct Input {
 };
 
 struct Output {
-  std::vector<Triangle>
-      triangles;  // smallest row first, ascending; consistently oriented within a patch and across seams
+  /// Smallest row first, ascending; consistently oriented within a patch and across seams.
+  std::vector<Triangle> triangles;
   std::vector<std::uint32_t> patch;   // per triangle, row of seed_points
   std::vector<Vec3> seed_points;      // mm; seeds that grew a patch, in order
   RefusalCounts refused;              // triangles a point was refused, by the first limit that refused
@@ -51,8 +51,7 @@ struct Output {
 /// uncovered.
 ///
 /// errors  Unsupported above kMaxPoints; BadParameter when edge_mm is not positive; Internal naming the first point
-/// that is
-///         not finite, or when normals and points differ in length; Cancelled
+///         that is not finite, or when normals and points differ in length; Cancelled
 /// cost    serial; about 0.1 ms per point
 Result<Output> grow_fronts(const Input& input, const Context& context);
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The least root of the characteristic polynomial by Newton's method from the left, where the cubic of a positive
-// semidefinite matrix lets it climb monotonically; then the eigenvector from the rows' cross products. A fixed number of
-// + - * / sqrt, a third of the time of a general solver, and no trigonometry.
+// semidefinite matrix lets it climb monotonically; then the eigenvector from the rows' cross products. A fixed number
+// of + - * / sqrt, a third of the time of a general solver, and no trigonometry.
 #include "geom/plane_fit.hpp"
 
 #include <Eigen/Core>
@@ -39,7 +39,8 @@ PlaneFit fit_plane(const Covariance& c) {
     return fit;
   }
   const double scale = 1 / fit.trace;  // eigenvalues in [0, 1]
-  const double xx = c.xx * scale, xy = c.xy * scale, xz = c.xz * scale, yy = c.yy * scale, yz = c.yz * scale, zz = c.zz * scale;
+  const double xx = c.xx * scale, xy = c.xy * scale, xz = c.xz * scale, yy = c.yy * scale, yz = c.yz * scale,
+               zz = c.zz * scale;
   const double minors = xx * yy - xy * xy + xx * zz - xz * xz + yy * zz - yz * yz;
   const double det = xx * (yy * zz - yz * yz) - xy * (xy * zz - yz * xz) + xz * (xy * yz - yy * xz);
   const double least = least_root(1, minors, det);

@@ -16,8 +16,8 @@ struct PlaneFit {
   double trace = 0;
 };
 
-/// Eigenvector of the least eigenvalue of a positive semidefinite matrix; + - * / sqrt only, so the same bits everywhere.
-/// Where no plane stands out (a multiple of the identity, a line) the normal is (0, 0, 1).
+/// Eigenvector of the least eigenvalue of a positive semidefinite matrix; + - * / sqrt only, so the same bits
+/// everywhere. Where no plane stands out (a multiple of the identity, a line) the normal is (0, 0, 1).
 PlaneFit fit_plane(const Covariance& c);
 
 }  // namespace scanmill

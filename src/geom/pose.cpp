@@ -49,16 +49,17 @@ Result<Pose> pose_from_matrix(const std::array<double, 16>& m) {
   for (const double value : m)
     if (!std::isfinite(value)) return fail(Code::BadInput, "a pose matrix holds a value that is not finite");
   if (std::abs(m[12]) > 1e-9 || std::abs(m[13]) > 1e-9 || std::abs(m[14]) > 1e-9 || std::abs(m[15] - 1) > 1e-9)
-    return fail(Code::BadInput,
-                "the last row of a pose matrix must be 0 0 0 1, found " + number_text(m[12]) + " " + number_text(m[13]) +
-                    " " + number_text(m[14]) + " " + number_text(m[15]) + "; is the matrix transposed?");
+    return fail(Code::BadInput, "the last row of a pose matrix must be 0 0 0 1, found " + number_text(m[12]) + " " +
+                                    number_text(m[13]) + " " + number_text(m[14]) + " " + number_text(m[15]) +
+                                    "; is the matrix transposed?");
   Vec3 x{m[0], m[4], m[8]}, y{m[1], m[5], m[9]}, z{m[2], m[6], m[10]};
   const double off = std::abs(norm2(x) - 1) + std::abs(norm2(y) - 1) + std::abs(norm2(z) - 1) + std::abs(dot(x, y)) +
                      std::abs(dot(y, z)) + std::abs(dot(z, x));
   if (off > 1e-3)
     return fail(Code::BadInput, "the rotation of a pose matrix is off orthonormal by " + number_text(off) +
                                     " (allowed 0.001); scaling and shear are not poses");
-  if (dot(cross(x, y), z) < 0) return fail(Code::BadInput, "the rotation of a pose matrix mirrors space (determinant -1)");
+  if (dot(cross(x, y), z) < 0)
+    return fail(Code::BadInput, "the rotation of a pose matrix mirrors space (determinant -1)");
   x = unit(x);
   y = unit(y - x * dot(x, y));
   z = cross(x, y);

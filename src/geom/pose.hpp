@@ -15,7 +15,8 @@ struct Pose {
 
   Vec3 turn(Vec3 d) const {
     const auto& r = rotation;
-    return {r[0] * d.x + r[1] * d.y + r[2] * d.z, r[3] * d.x + r[4] * d.y + r[5] * d.z, r[6] * d.x + r[7] * d.y + r[8] * d.z};
+    return {r[0] * d.x + r[1] * d.y + r[2] * d.z, r[3] * d.x + r[4] * d.y + r[5] * d.z,
+            r[6] * d.x + r[7] * d.y + r[8] * d.z};
   }
   Vec3 apply(Vec3 p) const { return turn(p) + translation; }
   Pose inverse() const;
@@ -31,7 +32,8 @@ struct Pose {
 Result<Pose> pose_from_quaternion(double x, double y, double z, double w, Vec3 translation);
 /// Row-major 4x4.
 /// errors  BadInput when the last row is not 0 0 0 1, the rotation is mirrored, or off orthonormal by more than 1e-3;
-///         smaller deviations are removed (Gram-Schmidt over the columns, so a second pass changes nothing beyond rounding)
+///         smaller deviations are removed (Gram-Schmidt over the columns, so a second pass changes nothing beyond
+///         rounding)
 Result<Pose> pose_from_matrix(const std::array<double, 16>& m);
 /// Camera at `eye` whose +z axis looks at `target`, +x as level as `up` allows (x = up x z).
 Pose pose_looking_at(Vec3 eye, Vec3 target, Vec3 up);

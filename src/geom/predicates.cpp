@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Floating-point expansions after J. R. Shewchuk, "Adaptive precision floating-point arithmetic and fast robust geometric
-// predicates", Discrete & Computational Geometry 18 (1997): a number is an exact sum of doubles that do not overlap.
+// Floating-point expansions after J. R. Shewchuk, "Adaptive precision floating-point arithmetic and fast robust
+// geometric predicates", Discrete & Computational Geometry 18 (1997): a number is an exact sum of doubles that do not
+// overlap.
 #include "geom/predicates.hpp"
 
 #include <algorithm>
@@ -100,7 +101,8 @@ double coordinate(Vec3 p, int axis) { return axis == 0 ? p.x : axis == 1 ? p.y :
 /// All five points in one plane whose image along `axis` keeps abc's area.
 bool segment_meets_triangle_flat(Vec3 p, Vec3 q, Vec3 a, Vec3 b, Vec3 c, int axis) {
   auto inside = [&](Vec3 r) {
-    const int e = orientation_flat(a, b, r, axis), f = orientation_flat(b, c, r, axis), g = orientation_flat(c, a, r, axis);
+    const int e = orientation_flat(a, b, r, axis), f = orientation_flat(b, c, r, axis),
+              g = orientation_flat(c, a, r, axis);
     return (e >= 0 && f >= 0 && g >= 0) || (e <= 0 && f <= 0 && g <= 0);
   };
   if (inside(p) || inside(q)) return true;
@@ -123,15 +125,16 @@ int flat_axis(Vec3 a, Vec3 b, Vec3 c) {
   return -1;
 }
 
-/// True when t lies clearly outside s across one of s's edges, seen along s's normal; shared corners may touch that edge.
-/// The margin is a thousand times what rounding can do: a clear answer here needs no exact test.
+/// True when t lies clearly outside s across one of s's edges, seen along s's normal; shared corners may touch that
+/// edge. The margin is a thousand times what rounding can do: a clear answer here needs no exact test.
 bool clearly_apart(const Corners& s, const Corners& t) {
   constexpr double kMargin2 = 1e-24;
   const Vec3 n = cross(s.at[1] - s.at[0], s.at[2] - s.at[0]);
   for (unsigned e = 0; e < 3; ++e) {
     const unsigned f = (e + 1) % 3;
     const Vec3 edge = s.at[f] - s.at[e], out = cross(edge, n);  // points away from the triangle
-    const double size2 = norm2(edge) * norm2(s.at[1] - s.at[0]) * norm2(s.at[2] - s.at[0]);  // of what out is made of, squared
+    const double size2 =
+        norm2(edge) * norm2(s.at[1] - s.at[0]) * norm2(s.at[2] - s.at[0]);  // of what out is made of, squared
     bool apart = true;
     unsigned touching = 0;
     for (unsigned k = 0; k < 3 && apart; ++k) {

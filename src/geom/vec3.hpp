@@ -26,6 +26,8 @@ inline Vec3 unit(Vec3 a) {
   const double length = norm(a);
   return length > 0 ? a * (1 / length) : Vec3{0, 0, 1};
 }
+/// A unit vector at right angles to a unit vector, the same for the same bits.
+inline Vec3 perpendicular(Vec3 n) { return unit(cross(n, std::abs(n.x) < 0.6 ? Vec3{1, 0, 0} : Vec3{0, 1, 0})); }
 inline bool is_finite(Vec3 a) { return std::isfinite(a.x) && std::isfinite(a.y) && std::isfinite(a.z); }
 /// Total order by x, y, z, used as a tie rule.
 constexpr bool before(Vec3 a, Vec3 b) {

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// The paper grows one patch after another and stops a patch at g1, g2 and g3. Here the triangles are there already (they all
-// satisfy g1 and g2); g3 closes edges between triangles whose normals differ too much, and a patch is what its seed reaches
-// over open edges. The outcome does not depend on the order of growth; the order survives as each triangle's rank.
+// The paper grows one patch after another and stops a patch at g1, g2 and g3. Here the triangles are there already
+// (they all satisfy g1 and g2); g3 closes edges between triangles whose normals differ too much, and a patch is what
+// its seed reaches over open edges. The outcome does not depend on the order of growth; the order survives as each
+// triangle's rank.
 #include "grow/grow.hpp"
 
 #include <algorithm>
@@ -12,9 +13,12 @@
 namespace scanmill::grow {
 namespace {
 
-constexpr double kFarthestSeed = 10;       // bins
-constexpr float kLeastPeak = 0.005f;       // variation below which a place is flat
-constexpr double kLeastInner = 0.2;        // share of triangles away from closed edges; a face of 3 x 3 bins has a third
+constexpr double kFarthestSeed = 10;  // bins
+constexpr float kLeastPeak = 0.005f;  // variation below which a place is flat
+constexpr double kLeastInner = 0.2;   // share of triangles away from closed edges; a face of 3 x 3 bins has a third
+constexpr int kInnerRings = 4;      // about three bins into the patch
+constexpr int kTrimmedLayers = 3;   // a rounded edge is no wider
+constexpr int kSettleRounds = 3;
 constexpr std::uint32_t kFree = kNoTriangle;
 
 struct Seed {
@@ -38,6 +42,7 @@ class Grower {
     if (context.cancel.is_set()) return fail(Code::Cancelled, "stopped on request");
     label_components();
     keep_connected_to_seed();
+    trim_creases();
     join_cut_off();
     if (params_.cover) {
       seed_components();
@@ -54,7 +59,8 @@ class Grower {
     normal_.resize(faces());
     centroid_.resize(faces());
     for (std::size_t t = 0; t < faces(); ++t) {
-      const Vec3 a = in_.positions[in_.triangles[t][0]], b = in_.positions[in_.triangles[t][1]], c = in_.positions[in_.triangles[t][2]];
+      const Vec3 a = in_.positions[in_.triangles[t][0]], b = in_.positions[in_.triangles[t][1]],
+                 c = in_.positions[in_.triangles[t][2]];
       normal_[t] = unit(cross(b - a, c - a));
       centroid_[t] = (a + b + c) * (1.0 / 3);
     }
@@ -72,13 +78,14 @@ class Grower {
       for (const std::uint32_t v : in_.triangles[t]) fan_[next[v]++] = t;
   }
 
-  /// The patch's normal at an edge, seen from the triangle that stands before it (the paper's local normal): the mean of the
-  /// triangles that touch the edge's ends on this side of it and agree with that triangle. One triangle of a chamfer cannot turn it, so a patch does not
-  /// creep round a rounded edge in small steps.
+  /// The patch's normal at an edge, seen from the triangle that stands before it (the paper's local normal): the mean
+  /// of the triangles that touch the edge's ends on this side of it and agree with that triangle. One triangle of a
+  /// chamfer cannot turn it, so a patch does not creep round a rounded edge in small steps.
   Vec3 normal_before(std::size_t corner) const {
     const Triangle& t = in_.triangles[corner / 3];
     const std::uint32_t a = t[corner % 3], b = t[(corner % 3 + 1) % 3];
-    const Vec3 middle = (in_.positions[a] + in_.positions[b]) * 0.5, inward = centroid_[corner / 3] - centroid_[across_[corner]];
+    const Vec3 middle = (in_.positions[a] + in_.positions[b]) * 0.5,
+               inward = centroid_[corner / 3] - centroid_[across_[corner]];
     Vec3 sum = normal_[corner / 3];
     for (const std::uint32_t v : {a, b})
       for (std::uint32_t k = first_[v]; k < first_[v + 1]; ++k) {
@@ -144,7 +151,9 @@ class Grower {
     components_ = 0;
     for (std::uint32_t t = 0; t < faces(); ++t) {
       if (component_[t] != kFree) continue;
-      flood(t, [&](std::uint32_t n) { return component_[n] == kFree; }, [&](std::uint32_t n) { component_[n] = components_; });
+      flood(
+          t, [&](std::uint32_t n) { return component_[n] == kFree; },
+          [&](std::uint32_t n) { component_[n] = components_; });
       ++components_;
     }
   }
@@ -162,10 +171,10 @@ class Grower {
         }
       }
       if (nearest == kFree || std::sqrt(best) > kFarthestSeed * in_.edge_mm)
-        return fail(Code::BadParameter, "seed " + std::to_string(s + 1) + " lies " +
-                                            number_text(static_cast<double>(static_cast<std::int64_t>(std::sqrt(best) * 100)) / 100) +
-                                            " mm from the nearest triangle (allowed 10 bins, " +
-                                            number_text(kFarthestSeed * in_.edge_mm) + " mm); give it in the global frame, mm");
+        return fail(Code::BadParameter,
+                    "seed " + std::to_string(s + 1) + " lies " + number_text(std::floor(std::sqrt(best) * 100) / 100) +
+                        " mm from the nearest triangle (allowed 10 bins, " + number_text(kFarthestSeed * in_.edge_mm) +
+                        " mm); give it in the global frame, mm");
       seeds_.push_back({at, nearest, SeedOrigin::Given});
     }
     return {};
@@ -178,8 +187,10 @@ class Grower {
     for (std::uint32_t t = 0; t < faces(); ++t)
       for (std::size_t e = 0; e < 3; ++e) {
         const std::uint32_t a = in_.triangles[t][e], b = in_.triangles[t][(e + 1) % 3];
-        if (in_.variation[a] < in_.variation[b]) is_peak[a] = 0;
-        else if (in_.variation[b] < in_.variation[a]) is_peak[b] = 0;
+        if (in_.variation[a] < in_.variation[b])
+          is_peak[a] = 0;
+        else if (in_.variation[b] < in_.variation[a])
+          is_peak[b] = 0;
         if (triangle_at[a] == kFree) triangle_at[a] = t;
       }
     std::vector<std::uint32_t> peaks;
@@ -191,7 +202,8 @@ class Grower {
     const double spacing2 = params_.spacing_bins * in_.edge_mm * params_.spacing_bins * in_.edge_mm;
     for (const std::uint32_t v : peaks) {
       const Vec3 at = in_.positions[v];
-      const bool apart = std::none_of(seeds_.begin(), seeds_.end(), [&](const Seed& s) { return norm2(s.at - at) < spacing2; });
+      const bool apart =
+          std::none_of(seeds_.begin(), seeds_.end(), [&](const Seed& s) { return norm2(s.at - at) < spacing2; });
       if (apart) seeds_.push_back({at, triangle_at[v], SeedOrigin::Automatic});
     }
   }
@@ -213,8 +225,8 @@ class Grower {
     }
   }
 
-  /// What a label's seed does not reach inside its own label is free again. A seed whose triangle another seed took starts
-  /// from its nearest triangle of its own label, if it has one.
+  /// What a label's seed does not reach inside its own label is free again. A seed whose triangle another seed took
+  /// starts from its nearest triangle of its own label, if it has one.
   void keep_connected_to_seed() {
     std::vector<std::uint32_t> start(seeds_.size(), kFree);
     std::vector<double> distance(seeds_.size(), 1e300);
@@ -230,11 +242,86 @@ class Grower {
     std::vector<std::uint32_t> reached(faces(), kFree);
     for (std::uint32_t s = 0; s < seeds_.size(); ++s)
       if (start[s] != kFree)
-        flood(start[s], [&](std::uint32_t n) { return label_[n] == s && reached[n] == kFree; },
-              [&](std::uint32_t n) { reached[n] = s; });
+        flood(
+            start[s], [&](std::uint32_t n) { return label_[n] == s && reached[n] == kFree; },
+            [&](std::uint32_t n) { reached[n] = s; });
     cut_off_.assign(faces(), 0);
     for (std::size_t t = 0; t < faces(); ++t) cut_off_[t] = label_[t] != kFree && reached[t] == kFree;
     label_.swap(reached);
+  }
+
+  /// The normal of a patch a few triangles in from t, whose own neighbours may already lie on a rounded edge: mean over the
+  /// rings of the label around t, the inner rings counting more.
+  Vec3 inner_normal(std::uint32_t t, std::uint32_t label) {
+    stamp_.resize(faces(), 0);
+    const std::uint32_t stamp = ++last_stamp_;
+    stamp_[t] = stamp;
+    ring_.assign(1, t);
+    Vec3 sum;
+    for (int depth = 1; depth <= kInnerRings; ++depth) {
+      next_ring_.clear();
+      for (const std::uint32_t from : ring_)
+        for (std::size_t c = 3 * std::size_t{from}; c < 3 * std::size_t{from} + 3; ++c) {
+          const std::uint32_t n = across_[c];
+          if (n == kNoTriangle || label_[n] != label || stamp_[n] == stamp) continue;
+          stamp_[n] = stamp;
+          next_ring_.push_back(n);
+          sum += normal_[n] * depth;
+        }
+      ring_.swap(next_ring_);
+    }
+    return norm2(sum) > 0 ? unit(sum) : normal_[t];
+  }
+
+  /// A patch gives back what has crept onto a rounded edge: triangles at closed edges that do not agree with the patch's
+  /// inner normal. Layer by layer, so that a chamfer of a few triangles goes and a curved face loses at most its rim.
+  void trim_creases() {
+    trimmed_.assign(faces(), 0);
+    if (in_.min_normal_dot <= 0) return;
+    for (int layer = 0; layer < kTrimmedLayers; ++layer) {
+      std::vector<std::uint32_t> gone;
+      for (std::uint32_t t = 0; t < faces(); ++t) {
+        const std::uint32_t s = label_[t];
+        if (s == kFree || seeds_[s].triangle == t) continue;
+        bool at_crease = false;
+        for (std::size_t c = 3 * std::size_t{t}; c < 3 * std::size_t{t} + 3; ++c)
+          at_crease = at_crease || closed_[c] || (across_[c] != kNoTriangle && trimmed_[across_[c]]);
+        if (at_crease && !normals_agree(normal_[t], inner_normal(t, s), in_.min_normal_dot)) gone.push_back(t);
+      }
+      if (gone.empty()) return;
+      for (const std::uint32_t t : gone) {
+        label_[t] = kFree;
+        trimmed_[t] = cut_off_[t] = 1;
+      }
+    }
+  }
+
+  /// Triangles that joined over closed edges move to the neighbouring patch whose inner normal they agree with more, so
+  /// that borders run along the edge.
+  void settle_borders(const std::vector<std::uint8_t>& joined) {
+    for (int round = 0; round < kSettleRounds; ++round) {
+      std::vector<std::pair<std::uint32_t, std::uint32_t>> moves;
+      for (std::uint32_t t = 0; t < faces(); ++t) {
+        if (!joined[t]) continue;
+        std::uint32_t best = label_[t];
+        bool at_border = false;
+        for (std::size_t c = 3 * std::size_t{t}; c < 3 * std::size_t{t} + 3; ++c)
+          at_border = at_border || (across_[c] != kNoTriangle && label_[across_[c]] != best);
+        if (!at_border) continue;
+        double agreement = dot(normal_[t], inner_normal(t, best));
+        for (std::size_t c = 3 * std::size_t{t}; c < 3 * std::size_t{t} + 3; ++c) {
+          const std::uint32_t other = across_[c] == kNoTriangle ? kFree : label_[across_[c]];
+          if (other == kFree || other == best) continue;
+          const double d = dot(normal_[t], inner_normal(t, other));
+          if (d <= agreement) continue;
+          agreement = d;
+          best = other;
+        }
+        if (best != label_[t]) moves.push_back({t, best});
+      }
+      if (moves.empty()) return;
+      for (const auto& [t, label] : moves) label_[t] = label;
+    }
   }
 
   /// Components without a seed get one, unless they are small or crease strips (nearly every triangle touches a closed
@@ -243,7 +330,8 @@ class Grower {
     std::vector<std::uint8_t> met(faces(), 0);
     for (std::uint32_t t = 0; t < faces(); ++t) {
       if (label_[t] != kFree || met[t] || cut_off_[t]) continue;
-      flood(t, [&](std::uint32_t n) { return !met[n]; }, [&](std::uint32_t n) { met[n] = 1; });
+      flood(
+          t, [&](std::uint32_t n) { return !met[n]; }, [&](std::uint32_t n) { met[n] = 1; });
       std::size_t inner = 0;
       std::uint32_t peak = t;
       for (const std::uint32_t n : queue_) {
@@ -258,8 +346,8 @@ class Grower {
     }
   }
 
-  /// Free triangles join in rounds, each over its flattest edge to a triangle that was labelled before the round, among the
-  /// edges that `may_cross` allows.
+  /// Free triangles join in rounds, each over its flattest edge to a triangle that was labelled before the round, among
+  /// the edges that `may_cross` allows.
   template <class MayCross>
   void join_over(const std::vector<std::uint32_t>& starts, MayCross may_cross) {
     std::vector<std::uint32_t> border, next, chosen;
@@ -305,20 +393,24 @@ class Grower {
 
   /// What is cut off from its own seed is still reached from its component's other seeds.
   void join_cut_off() {
-    join_over(labelled(), [&](std::size_t c) { return !closed_[c]; });
+    join_over(labelled(), [&](std::size_t c) { return !closed_[c] && !trimmed_[c / 3] && !trimmed_[across_[c]]; });
   }
 
   /// The rest joins over closed edges too; islands become patches of their own.
   void join_rest() {
     std::vector<std::uint32_t> starts = labelled();
+    std::vector<std::uint8_t> joined(faces(), 1);
+    for (const std::uint32_t t : starts) joined[t] = 0;
     for (std::uint32_t island = 0;;) {
       join_over(starts, [](std::size_t) { return true; });
       while (island < faces() && label_[island] != kFree) ++island;
-      if (island == faces()) return;
+      if (island == faces()) break;
       label_[island] = static_cast<std::uint32_t>(seeds_.size());
       seeds_.push_back({centroid_[island], island, SeedOrigin::Component});
+      joined[island] = 0;
       starts.assign(1, island);
     }
+    if (in_.min_normal_dot > 0) settle_borders(joined);
   }
 
   Patches finish() {
@@ -365,7 +457,9 @@ class Grower {
   const SeedParams& params_;
   Patches out_;
   std::vector<std::uint32_t> across_, component_, label_, queue_;
-  std::vector<std::uint32_t> first_, fan_;
+  std::vector<std::uint32_t> first_, fan_, stamp_, ring_, next_ring_;
+  std::uint32_t last_stamp_ = 0;
+  std::vector<std::uint8_t> trimmed_;
   std::vector<Vec3> normal_, centroid_;
   std::vector<std::uint8_t> closed_, cut_off_;
   std::vector<Seed> seeds_;
@@ -376,9 +470,12 @@ class Grower {
 
 const char* name_of(SeedOrigin origin) {
   switch (origin) {
-    case SeedOrigin::Given: return "given";
-    case SeedOrigin::Automatic: return "automatic";
-    case SeedOrigin::Component: return "component";
+    case SeedOrigin::Given:
+      return "given";
+    case SeedOrigin::Automatic:
+      return "automatic";
+    case SeedOrigin::Component:
+      return "component";
   }
   return "";
 }

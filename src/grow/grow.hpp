@@ -44,10 +44,10 @@ struct Patches {
 
 /// Label triangles by patch.
 ///
-/// errors  BadParameter when a given seed is farther than 10 bins from every triangle's centroid (says which and how far), or when
-///         `cover` is false without given seeds
-/// ties    a triangle of a component with several seeds: nearest centroid (squared distance, seed number); what is cut off
-///         or too small joins over the flattest edge (dot, patch number)
+/// errors  BadParameter when a given seed is farther than 10 bins from every triangle's centroid (says which and how
+///         far), or when `cover` is false without given seeds
+/// ties    a triangle of a component with several seeds: nearest centroid (squared distance, seed number); what is cut
+///         off or too small joins over the flattest edge (dot, patch number)
 /// cost    about 0.6 us per triangle
 Result<Patches> grow_patches(const Input& input, const SeedParams& seeds, const Context& context);
 

@@ -180,7 +180,9 @@ BinIndex::Reader::Reader(const BinIndex& index) : impl_(new Impl(index.impl_->tr
 BinIndex::Reader::~Reader() = default;
 BinIndex::Reader::Reader(Reader&&) noexcept = default;
 
-std::int32_t BinIndex::Reader::row_at(const LocalBin& bin) { return impl_->accessor.getValue({bin[0], bin[1], bin[2]}); }
+std::int32_t BinIndex::Reader::row_at(const LocalBin& bin) {
+  return impl_->accessor.getValue({bin[0], bin[1], bin[2]});
+}
 
 void BinIndex::Reader::rows_of(std::span<const LocalBin> bins, std::span<std::int32_t> rows) {
   const std::int32_t* values = nullptr;

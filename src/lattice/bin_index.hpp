@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The only map from bin to record: an OpenVDB Int32 tree whose values are slots into plain arrays. The wall around OpenVDB is
-// bin_index.cpp; nothing of it shows here.
+// The only map from bin to record: an OpenVDB Int32 tree whose values are slots into plain arrays. The wall around
+// OpenVDB is bin_index.cpp; nothing of it shows here.
 #pragma once
 #include <array>
 #include <cstddef>
@@ -67,8 +67,8 @@ class BinIndex {
     std::int32_t row_at(const LocalBin& bin);
     /// rows[n] = row of bins[n], or kNoSlot.
     void rows_of(std::span<const LocalBin> bins, std::span<std::int32_t> rows);
-    /// Rows of the occupied bins in the (2 radius + 1)^3 window around `centre` (itself included), radius <= 8, in order of
-    /// i, then j, then k (k runs fastest); appended to `rows`.
+    /// Rows of the occupied bins in the (2 radius + 1)^3 window around `centre` (itself included), radius <= 8, in
+    /// order of i, then j, then k (k runs fastest); appended to `rows`.
     void window(const LocalBin& centre, int radius, std::vector<std::int32_t>& rows);
     struct Neighbour {
       std::int32_t row;
@@ -76,7 +76,8 @@ class BinIndex {
     };
     void window(const LocalBin& centre, int radius, std::vector<Neighbour>& out);
 
-    /// Rows of the occupied bins from `low` to `high` (both included, at most 8 apart on each axis), in the same order; appended.
+    /// Rows of the occupied bins from `low` to `high` (both included, at most 8 apart on each axis), in the same order;
+    /// appended.
     void box(const LocalBin& low, const LocalBin& high, std::vector<std::int32_t>& rows);
 
    private:

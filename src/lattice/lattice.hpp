@@ -17,8 +17,8 @@ struct Lattice {
 
 /// A bin (i, j, k) = floor((p - origin) / h).
 ///
-/// Keys are ordered along the Z-order curve of the three numbers, so any brick whose edge is a power of two (and that stands
-/// on a multiple of it) is one run of keys: bricks of every size agree on the order of vertices.
+/// Keys are ordered along the Z-order curve of the three numbers, so any brick whose edge is a power of two (and that
+/// stands on a multiple of it) is one run of keys: bricks of every size agree on the order of vertices.
 struct BinKey {
   std::int64_t i = 0, j = 0, k = 0;
   friend constexpr bool operator==(const BinKey&, const BinKey&) = default;

@@ -2,7 +2,8 @@
 #include "merge/merge.hpp"
 
 #include <algorithm>
-#include <numeric>
+
+#include "mesh/groups.hpp"
 
 namespace scanmill::merge {
 namespace {
@@ -16,18 +17,11 @@ struct Component {
 
 /// Component number per row (rows in ascending order number the components), kNoTriangle where no triangle is.
 std::vector<std::uint32_t> label_rows(const Input& in, std::uint32_t& count) {
-  std::vector<std::uint32_t> up(in.positions.size());
-  std::iota(up.begin(), up.end(), 0u);
-  auto root = [&](std::uint32_t x) {
-    while (up[x] != x) x = up[x] = up[up[x]];
-    return x;
-  };
-  for (const Triangle& t : in.triangles)
-    for (std::size_t k = 1; k < 3; ++k) {
-      const std::uint32_t a = root(t[0]), b = root(t[k]);
-      if (a < b) up[b] = a;
-      else up[a] = b;
-    }
+  Groups groups(in.positions.size());
+  for (const Triangle& t : in.triangles) {
+    groups.join(t[0], t[1]);
+    groups.join(t[0], t[2]);
+  }
   std::vector<std::uint32_t> label(in.positions.size(), kNoTriangle);
   for (const Triangle& t : in.triangles)
     for (const std::uint32_t v : t) label[v] = 0;
@@ -35,7 +29,7 @@ std::vector<std::uint32_t> label_rows(const Input& in, std::uint32_t& count) {
   std::vector<std::uint32_t> number(in.positions.size(), kNoTriangle);
   for (std::uint32_t v = 0; v < label.size(); ++v) {
     if (label[v] == kNoTriangle) continue;
-    const std::uint32_t r = root(v);
+    const std::uint32_t r = groups.root(v);
     if (number[r] == kNoTriangle) number[r] = count++;
     label[v] = number[r];
   }
@@ -70,7 +64,8 @@ Merged merge_components(const Input& in, const Params& params) {
     const Component& part = parts[c];
     dropped[c] = part.triangles < largest && static_cast<double>(part.triangles) < least;
     if (dropped[c]) {
-      out.strays.push_back({part.triangles, part.vertices, {part.bounds.low + in.offset, part.bounds.high + in.offset}});
+      out.strays.push_back(
+          {part.triangles, part.vertices, {part.bounds.low + in.offset, part.bounds.high + in.offset}});
       continue;
     }
     ++out.components;
@@ -78,7 +73,8 @@ Merged merge_components(const Input& in, const Params& params) {
     out.turned_by_volume += !part.side_known;
     out.turned_components += turned[c];
   }
-  std::stable_sort(out.strays.begin(), out.strays.end(), [](const Stray& a, const Stray& b) { return a.triangles > b.triangles; });
+  std::stable_sort(out.strays.begin(), out.strays.end(),
+                   [](const Stray& a, const Stray& b) { return a.triangles > b.triangles; });
   std::vector<std::uint32_t> vertex(label.size(), kNoTriangle);
   out.mesh.offset = in.offset;
   for (std::uint32_t row = 0; row < label.size(); ++row) {

@@ -11,7 +11,7 @@
 namespace scanmill::merge {
 
 struct Input {
-  std::span<const Vec3> positions;           // per row, as written, mm, relative to offset
+  std::span<const Vec3> positions;  // per row, as written, mm, relative to offset
   Vec3 offset;
   std::span<const std::uint8_t> side_known;  // per row: views told the side of its component
   std::span<const Triangle> triangles;       // rows; two-manifold, consistently oriented
@@ -25,9 +25,9 @@ struct Stray {
 };
 
 struct Merged {
-  Mesh mesh;                                // patch as given, in the mesh's order of triangles
-  std::vector<std::uint32_t> vertex_row;    // per vertex
-  std::vector<Stray> strays;                // largest first
+  Mesh mesh;                              // patch as given, in the mesh's order of triangles
+  std::vector<std::uint32_t> vertex_row;  // per vertex
+  std::vector<Stray> strays;              // largest first
   std::uint64_t components = 0, turned_components = 0, turned_by_volume = 0;
 };
 

@@ -9,8 +9,8 @@
 namespace scanmill::merge {
 
 struct Params {
-  std::int64_t min_patch_triangles = 10;   // smaller pieces join the neighbour with the flattest shared border
-  double min_component_share = 0.001;      // of all faces; smaller components are dropped and listed
+  std::int64_t min_patch_triangles = 10;  // smaller pieces join the neighbour with the flattest shared border
+  double min_component_share = 0.001;     // of all faces; smaller components are dropped and listed
   static std::span<const Field> fields();
 };
 

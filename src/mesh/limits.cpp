@@ -11,11 +11,18 @@ constexpr std::string_view kEngines[] = {"stars", "front"};
 
 std::span<const Field> GrowthLimits::fields() {
   static const Field kTable[] = {
-      field<GrowthLimits, &GrowthLimits::range_bins>("range_bins", "g1", "Longest edge of a triangle, in bin edges; wider gaps stay open.", {0, 2.5, true}),
-      field<GrowthLimits, &GrowthLimits::min_angle_deg>("min_angle_deg", "g2", "Smallest interior angle of a triangle.", {0, 45}),
-      field<GrowthLimits, &GrowthLimits::min_normal_dot>("min_normal_dot", "g3", "Least cosine between the normals of neighbouring triangles of one patch.", {-1, 0.9999}),
-      field<GrowthLimits, &GrowthLimits::max_normal_deg>("max_normal_deg", "g3", "The same limit as an angle; wins over min_normal_dot.", {0.9, 180}),
-      field<GrowthLimits, &GrowthLimits::engine>("engine", "", "stars: confirmed stars; front: the paper's growth taken literally, up to 50,000 points.", {}, kEngines),
+      field<GrowthLimits, &GrowthLimits::range_bins>(
+          "range_bins", "g1", "Longest edge of a triangle, in bin edges; wider gaps stay open.", {0, 2.5, true}),
+      field<GrowthLimits, &GrowthLimits::min_angle_deg>("min_angle_deg", "g2", "Smallest interior angle of a triangle.",
+                                                        {0, 45}),
+      field<GrowthLimits, &GrowthLimits::min_normal_dot>(
+          "min_normal_dot", "g3", "Least cosine between the normals of neighbouring triangles of one patch.",
+          {-1, 0.9999}),
+      field<GrowthLimits, &GrowthLimits::max_normal_deg>(
+          "max_normal_deg", "g3", "The same limit as an angle; wins over min_normal_dot.", {0.9, 180}),
+      field<GrowthLimits, &GrowthLimits::engine>(
+          "engine", "", "stars: confirmed stars; front: the paper's growth taken literally, up to 50,000 points.", {},
+          kEngines),
   };
   return kTable;
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// g1, g2, g3 (Bradley 2001, section 4.2): the three reasons to refuse a triangle, shared by every stage that makes triangles.
+// g1, g2, g3 (Bradley 2001, section 4.2): the three reasons to refuse a triangle, shared by every stage that makes
+// triangles.
 #pragma once
 #include <cstdint>
 #include <optional>
@@ -14,10 +15,10 @@ enum class Engine : std::int32_t { Stars, Front };
 
 /// The job's `grow` section.
 struct GrowthLimits {
-  double range_bins = 2.5;                // g1, in bin edges; every edge of a triangle, on measured coordinates
-  double min_angle_deg = 5;               // g2
-  double min_normal_dot = 0;              // g3: least cosine between neighbouring normals
-  std::optional<double> max_normal_deg;   // g3 as an angle; wins over min_normal_dot when given
+  double range_bins = 2.5;               // g1, in bin edges; every edge of a triangle, on measured coordinates
+  double min_angle_deg = 5;              // g2
+  double min_normal_dot = 0;             // g3: least cosine between neighbouring normals
+  std::optional<double> max_normal_deg;  // g3 as an angle; wins over min_normal_dot when given
   Engine engine = Engine::Stars;
   static std::span<const Field> fields();
   /// The cosine in force, from max_normal_deg when given.

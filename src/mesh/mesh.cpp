@@ -4,32 +4,15 @@
 #include <algorithm>
 #include <numeric>
 
+#include "mesh/groups.hpp"
+
 namespace scanmill {
 namespace {
 
-/// Union-find with path halving; the root is the least member, so results do not depend on the order of joins.
-class Groups {
- public:
-  explicit Groups(std::size_t n) : up_(n) { std::iota(up_.begin(), up_.end(), 0u); }
-  std::uint32_t root(std::uint32_t i) {
-    while (up_[i] != i) i = up_[i] = up_[up_[i]];
-    return i;
-  }
-  void join(std::uint32_t a, std::uint32_t b) {
-    a = root(a);
-    b = root(b);
-    if (a < b) up_[b] = a;
-    else up_[a] = b;
-  }
-
- private:
-  std::vector<std::uint32_t> up_;
-};
-
 struct HalfEdge {
-  std::uint64_t edge;      // lesser vertex << 32 | greater
-  std::uint32_t corner;    // 3 t + e
-  bool forward;            // runs from the lesser to the greater vertex
+  std::uint64_t edge;    // lesser vertex << 32 | greater
+  std::uint32_t corner;  // 3 t + e
+  bool forward;          // runs from the lesser to the greater vertex
 };
 
 std::vector<HalfEdge> half_edges_by_edge(std::span<const Triangle> triangles) {
@@ -85,8 +68,9 @@ std::vector<BorderLoop> border_loops(const Mesh& mesh) {
   auto from = [&](std::uint32_t c) { return mesh.triangles[c / 3][c % 3]; };
   auto to = [&](std::uint32_t c) { return mesh.triangles[c / 3][(c % 3 + 1) % 3]; };
   auto far_end = [&](std::uint32_t c, std::uint32_t v) { return from(c) == v ? to(c) : from(c); };
-  // From one open edge at v to the other open edge of the same fan. Triangles are not trusted to agree in direction (the
-  // walk must end on a Moebius strip too): neighbours are mutual, so a fan is a path and this reaches its other end.
+  // From one open edge at v to the other open edge of the same fan. Triangles are not trusted to agree in direction
+  // (the walk must end on a Moebius strip too): neighbours are mutual, so a fan is a path and this reaches its other
+  // end.
   auto next = [&](std::uint32_t c, std::uint32_t v) {
     for (;;) {
       const std::uint32_t t = c / 3, e = c % 3;
@@ -107,17 +91,20 @@ std::vector<BorderLoop> border_loops(const Mesh& mesh) {
       c = next(c, v);
       v = far_end(c, v);
     } while (!done[c]);
-    std::rotate(loop.vertices.begin(), std::min_element(loop.vertices.begin(), loop.vertices.end()), loop.vertices.end());
+    std::rotate(loop.vertices.begin(), std::min_element(loop.vertices.begin(), loop.vertices.end()),
+                loop.vertices.end());
     Vec3 sum;
     for (std::size_t i = 0; i < loop.vertices.size(); ++i) {
-      const Vec3 p = mesh.positions[loop.vertices[i]], q = mesh.positions[loop.vertices[(i + 1) % loop.vertices.size()]];
+      const Vec3 p = mesh.positions[loop.vertices[i]],
+                 q = mesh.positions[loop.vertices[(i + 1) % loop.vertices.size()]];
       loop.length_mm += norm(q - p);
       sum += p;
     }
     loop.centre = sum * (1 / static_cast<double>(loop.vertices.size())) + mesh.offset;
     loops.push_back(std::move(loop));
   }
-  std::sort(loops.begin(), loops.end(), [](const BorderLoop& a, const BorderLoop& b) { return a.vertices < b.vertices; });
+  std::sort(loops.begin(), loops.end(),
+            [](const BorderLoop& a, const BorderLoop& b) { return a.vertices < b.vertices; });
   return loops;
 }
 
@@ -146,7 +133,8 @@ TopologyCounts topology_of(const Mesh& mesh) {
       ++counts.nonmanifold_edges;
     } else {
       if (list[i].forward == list[i + 1].forward) ++counts.misoriented_edges;
-      for (const std::uint32_t v : {a, b}) corners.join(corner_at(list[i].corner / 3, v), corner_at(list[i + 1].corner / 3, v));
+      for (const std::uint32_t v : {a, b})
+        corners.join(corner_at(list[i].corner / 3, v), corner_at(list[i + 1].corner / 3, v));
     }
   }
   std::vector<std::uint32_t> fan(mesh.positions.size(), kNoTriangle);
@@ -154,8 +142,10 @@ TopologyCounts topology_of(const Mesh& mesh) {
   for (std::uint32_t c = 0; c < triangles.size() * 3; ++c) {
     const std::uint32_t v = triangles[c / 3][c % 3], root = corners.root(c);
     used[v] = 1;
-    if (fan[v] == kNoTriangle) fan[v] = root;
-    else if (fan[v] != root) split[v] = 1;
+    if (fan[v] == kNoTriangle)
+      fan[v] = root;
+    else if (fan[v] != root)
+      split[v] = 1;
   }
   for (std::uint32_t v = 0; v < mesh.positions.size(); ++v) {
     counts.nonmanifold_vertices += split[v];
@@ -183,7 +173,8 @@ std::vector<std::uint8_t> single_fan_triangles(std::size_t vertex_count, std::sp
     for (std::uint32_t c = 0; c < across.size(); ++c) {
       const std::uint32_t other = across[c];
       if (!stays[c / 3] || other == kNoTriangle || !stays[other]) continue;
-      for (const std::uint32_t k : {c % 3, (c % 3 + 1) % 3}) corners.join(3 * (c / 3) + k, corner_of(other, triangles[c / 3][k]));
+      for (const std::uint32_t k : {c % 3, (c % 3 + 1) % 3})
+        corners.join(3 * (c / 3) + k, corner_of(other, triangles[c / 3][k]));
     }
     std::vector<std::uint32_t> size(triangles.size() * 3, 0), best(vertex_count, kNoTriangle);
     for (std::uint32_t c = 0; c < across.size(); ++c)

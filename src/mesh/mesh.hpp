@@ -15,8 +15,8 @@ namespace scanmill {
 /// Vertex rows in outward counter-clockwise order; the smallest row first.
 using Triangle = std::array<std::uint32_t, 3>;
 
-/// Vertices in ascending bin key; triangles in ascending (rows). Positions are exactly what a float32 file will hold once
-/// `offset` is added back: position = float32(measured - offset), as double, mm.
+/// Vertices in ascending bin key; triangles in ascending (rows). Positions are exactly what a float32 file will hold
+/// once `offset` is added back: position = float32(measured - offset), as double, mm.
 struct Mesh {
   std::vector<Vec3> positions;
   std::vector<Triangle> triangles;
@@ -31,13 +31,13 @@ struct BorderLoop {
   Vec3 centre;  // mean of the vertices, mm, global frame
 };
 
-/// Triangles across each edge: neighbour[3 t + e] is the triangle over the edge from corner e to corner e+1, or kNoTriangle
-/// where there is none or more than one.
+/// Triangles across each edge: neighbour[3 t + e] is the triangle over the edge from corner e to corner e+1, or
+/// kNoTriangle where there is none or more than one.
 inline constexpr std::uint32_t kNoTriangle = 0xffffffffu;
 std::vector<std::uint32_t> edge_neighbours(std::size_t vertex_count, std::span<const Triangle> triangles);
 
-/// All boundary loops, ordered by least vertex row. At a vertex where several loops meet, each turns to its own fan's end.
-/// Ends on every mesh; where triangles disagree in direction, a loop runs as its first open half-edge says.
+/// All boundary loops, ordered by least vertex row. At a vertex where several loops meet, each turns to its own fan's
+/// end. Ends on every mesh; where triangles disagree in direction, a loop runs as its first open half-edge says.
 std::vector<BorderLoop> border_loops(const Mesh& mesh);
 
 /// Counts that a sound mesh keeps at zero, and those that describe it. Cost O(F log F).
@@ -48,8 +48,8 @@ struct TopologyCounts {
 };
 TopologyCounts topology_of(const Mesh& mesh);
 
-/// Per triangle: stays when every vertex is to have one fan. Where a vertex has several, the largest stays (ties: the one with
-/// the least triangle number), again until nothing changes.
+/// Per triangle: stays when every vertex is to have one fan. Where a vertex has several, the largest stays (ties: the
+/// one with the least triangle number), again until nothing changes.
 std::vector<std::uint8_t> single_fan_triangles(std::size_t vertex_count, std::span<const Triangle> triangles);
 
 /// Sum of signed tetrahedra over the origin, mm3.

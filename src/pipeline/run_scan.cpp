@@ -47,24 +47,30 @@ Error name_file(Error error, const ScanSpec& scan) {
   return std::move(error).at(scan.description.empty() ? scan.views.front().path : scan.description);
 }
 
-void add_notes(const MeshedSurface& surface, const reduce::Report& report, const Mesh& mesh, std::vector<std::string>& notes) {
-  if (report.not_finite > 0) notes.push_back(grouped(report.not_finite) + " points are NaN or infinite and were dropped");
+void add_notes(const MeshedSurface& surface, const reduce::Report& report, const Mesh& mesh,
+               std::vector<std::string>& notes) {
+  if (report.not_finite > 0)
+    notes.push_back(grouped(report.not_finite) + " points are NaN or infinite and were dropped");
   if (!surface.strays.empty())
-    notes.push_back(grouped(surface.strays.size()) + " stray components were dropped (" + grouped(surface.kept_in_strays) +
-                    " points); they are listed in the record under /strays");
+    notes.push_back(grouped(surface.strays.size()) + " stray components were dropped (" +
+                    grouped(surface.kept_in_strays) + " points); they are listed in the record under /strays");
   if (!(mesh.offset == Vec3{}))
-    notes.push_back("float32 would cost more than a thousandth of the bin edge this far from the origin: the STL is "
-                    "translated by " + number_text(0 - mesh.offset.x) + " " + number_text(0 - mesh.offset.y) + " " +
-                    number_text(0 - mesh.offset.z) + " mm");
+    notes.push_back(
+        "float32 would cost more than a thousandth of the bin edge this far from the origin: the STL is "
+        "translated by " +
+        number_text(0 - mesh.offset.x) + " " + number_text(0 - mesh.offset.y) + " " + number_text(0 - mesh.offset.z) +
+        " mm");
 }
 
 }  // namespace
 
 std::vector<std::pair<std::string, std::string>> stage_versions() {
-  return {{"read", "1"}, {"reduce", "1"}, {"stars", "1"}, {"front", "1"}, {"merge", "1"}, {"grow", "1"}, {"export", "1"}, {"record", "1"}};
+  return {{"read", "1"},  {"reduce", "1"}, {"stars", "1"},  {"front", "1"},
+          {"merge", "1"}, {"grow", "1"},   {"export", "1"}, {"record", "1"}};
 }
 
-Result<std::string> fingerprint_of(const std::string& archive, const ScanSpec& scan, const What& what, HashCache& cache) {
+Result<std::string> fingerprint_of(const std::string& archive, const ScanSpec& scan, const What& what,
+                                   HashCache& cache) {
   Sha256 hash;
   auto line = [&](const std::string& text) {
     hash.add(std::string_view(text));
@@ -88,8 +94,8 @@ Result<std::string> fingerprint_of(const std::string& archive, const ScanSpec& s
   return hash.hex();
 }
 
-Result<ScanResult> run_scan(const std::string& archive, const ScanSpec& scan, const What& what, const std::string& folder,
-                            const Context& context, Progress& progress) {
+Result<ScanResult> run_scan(const std::string& archive, const ScanSpec& scan, const What& what,
+                            const std::string& folder, const Context& context, Progress& progress) {
   ScanResult result;
   result.name = scan.name;
   result.notes = scan.notes;

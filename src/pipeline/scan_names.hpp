@@ -9,8 +9,8 @@
 namespace scanmill::pipeline {
 
 /// One name per path, in the same order: the path without suffix; with it where two paths of one folder share the rest,
-/// or where the rest is also the folder of another path. Bytes outside [A-Za-z0-9._/-] become %XX. errors  BadInput
-/// naming two paths whose names differ by letter case only
+/// or where the rest is also the folder of another path. Bytes outside [A-Za-z0-9._/-] become %XX.
+/// errors  BadInput naming two paths whose names differ by letter case only
 Result<std::vector<std::string>> scan_names(const std::vector<std::string>& paths);
 
 }  // namespace scanmill::pipeline

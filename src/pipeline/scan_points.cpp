@@ -24,6 +24,14 @@ ViewPoint to_global(const ViewPoint& view_point, const Pose& pose) {
   return out;
 }
 
+/// Finite numbers of a file may leave the range of double on the way to mm in the global frame.
+Result<void> check_finite(const PointBlock& block, const std::string& path) {
+  double doubt = 0;  // x - x is 0 for finite numbers, NaN otherwise
+  for (const Vec3 p : block.positions) doubt += (p.x - p.x) + (p.y - p.y) + (p.z - p.z);
+  if (doubt == 0) return {};
+  return fail(Code::BadInput, "a point is too far away to be placed in the global frame; are the units wrong?", path);
+}
+
 }  // namespace
 
 struct ScanPoints::Impl {
@@ -105,6 +113,7 @@ Result<void> ScanPoints::read_block(std::size_t number, PointBlock& out) const {
     for (Vec3& p : out.positions) p = view.pose.apply(p * units);
   else if (units != 1)
     for (Vec3& p : out.positions) p = p * units;
+  if (!source.is_identity || units != 1) TRY(check_finite(out, view.path));
   BlockCounts& counts = impl_->counts[number];
   counts.points_read.store(out.points_read, std::memory_order_relaxed);
   counts.not_finite.store(out.not_finite, std::memory_order_relaxed);

@@ -33,8 +33,8 @@ struct ViewCounts {
 class ScanPoints final : public PointSource {
  public:
   /// Opens all views that are there; nothing but headers and line indices stays in memory. `units_mm` is the job's,
-  /// used unless the scan says itself. errors  BadInput or Unsupported from the files; BadInput when the scan is broken
-  /// or holds no point
+  /// used unless the scan says itself.
+  /// errors  BadInput or Unsupported from the files; BadInput when the scan is broken or holds no point
   static Result<std::unique_ptr<ScanPoints>> open(const std::string& archive, const ScanSpec& scan, double units_mm);
   ~ScanPoints() override;
 

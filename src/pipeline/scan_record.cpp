@@ -22,7 +22,8 @@ Result<void> add_description(const std::string& archive, const ScanSpec& scan, R
   return {};
 }
 
-void add_inputs(const ScanSpec& scan, const ScanPoints& points, const std::vector<std::string>& digests, Record& record) {
+void add_inputs(const ScanSpec& scan, const ScanPoints& points, const std::vector<std::string>& digests,
+                Record& record) {
   record.inputs.resize(scan.views.size());
   for (std::size_t v = 0; v < scan.views.size(); ++v) {
     record.inputs[v].path = scan.views[v].path;
@@ -37,7 +38,8 @@ void add_inputs(const ScanSpec& scan, const ScanPoints& points, const std::vecto
     entry.sha256 = digests[k];
     entry.bytes = view.stamp.size;
     entry.format = view.header.format;
-    entry.row_meaning = view.header.row_meaning == formats::RowMeaning::VertexFromZero ? "vertex from 0" : "line from 1";
+    entry.row_meaning =
+        view.header.row_meaning == formats::RowMeaning::VertexFromZero ? "vertex from 0" : "line from 1";
     entry.pose = view.pose.matrix();
     entry.points_read = counts[k].points_read;
     entry.points_used = counts[k].kept();
@@ -66,19 +68,23 @@ void add_surface(const MeshedSurface& surface, Record& record) {
   record.mesh = &surface.mesh;
   record.vertex_row = surface.vertex_row;
   for (const grow::Patch& patch : surface.patches.patches)
-    record.patches.push_back({patch.seed, grow::name_of(patch.origin), patch.triangles, patch.area_mm2, patch.border_mm});
+    record.patches.push_back(
+        {patch.seed, grow::name_of(patch.origin), patch.triangles, patch.area_mm2, patch.border_mm});
   record.patch_borders = surface.borders;
   record.growth_rank = surface.patches.rank;
   record.loops = surface.loops;
   for (const merge::Stray& stray : surface.strays)
-    record.strays.push_back({stray.triangles, stray.vertices, (stray.bounds.low + stray.bounds.high) * 0.5, stray.bounds.size()});
+    record.strays.push_back(
+        {stray.triangles, stray.vertices, (stray.bounds.low + stray.bounds.high) * 0.5, stray.bounds.size()});
 }
 
 void add_counters(const reduce::Report& reduced, const MeshedSurface& surface, Record& record) {
   auto add = [&](const char* stage, const char* name, double value, bool integer = true) {
     record.counters.push_back({stage, name, value, integer});
   };
-  auto count = [&](const char* stage, const char* name, std::uint64_t value) { add(stage, name, static_cast<double>(value)); };
+  auto count = [&](const char* stage, const char* name, std::uint64_t value) {
+    add(stage, name, static_cast<double>(value));
+  };
   count("read", "points_read", reduced.points_read);
   count("read", "not_finite", reduced.not_finite);
   count("read", "sensor_invalid", reduced.sensor_invalid);
@@ -136,7 +142,8 @@ std::vector<std::string> drop_names() {
 
 Result<Record> record_of(const std::string& archive, const ScanSpec& scan, const What& what, const ScanPoints& points,
                          const std::vector<std::string>& digests, const reduce::Reduction& reduction,
-                         const MeshedSurface& surface, const std::vector<std::string>& notes, const std::string& stl_digest) {
+                         const MeshedSurface& surface, const std::vector<std::string>& notes,
+                         const std::string& stl_digest) {
   Record record;
   record.scan = scan.name;
   record.what_json = document::to_canonical_json(to_document(what));

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "base/text.hpp"
 #include "front/front.hpp"
 
 namespace scanmill::pipeline {
@@ -37,17 +38,18 @@ Written written_points(const reduce::ReducedCloud& cloud, Vec3 offset) {
 
 /// What either engine hands to merge.
 struct Grown {
-  std::vector<Triangle> triangles;         // rows
-  std::vector<std::uint8_t> side_known;    // per row
-  std::vector<std::uint32_t> patch;        // per triangle; engine front only
-  std::vector<Vec3> seeds;                 // engine front only, frame of the written points
+  std::vector<Triangle> triangles;       // rows
+  std::vector<std::uint8_t> side_known;  // per row
+  std::vector<std::uint32_t> patch;      // per triangle; engine front only
+  std::vector<Vec3> seeds;               // engine front only, frame of the written points
 };
 
-Result<Grown> grow_by_stars(const reduce::ReducedCloud& cloud, const Written& w, const What& what, const Context& context,
-                            MeshedSurface& out) {
-  const stars::SurfacePoints points{cloud.lattice.edge_mm, cloud.base, cloud.bins,       &cloud.index, w.measured, w.projected,
-                                    cloud.normal,          cloud.sign_known, w.kept, w.usable};
-  TRY_ASSIGN(stars::Surface surface, stars::mesh_points(points, {what.grow.range_bins, what.grow.min_angle_deg}, context));
+Result<Grown> grow_by_stars(const reduce::ReducedCloud& cloud, const Written& w, const What& what,
+                            const Context& context, MeshedSurface& out) {
+  const stars::SurfacePoints points{cloud.lattice.edge_mm, cloud.base,   cloud.bins,       &cloud.index, w.measured,
+                                    w.projected,           cloud.normal, cloud.sign_known, w.kept,       w.usable};
+  TRY_ASSIGN(stars::Surface surface,
+             stars::mesh_points(points, {what.grow.range_bins, what.grow.min_angle_deg}, context));
   out.stars = surface.report;
   out.refused = surface.report.refused;
   return Grown{std::move(surface.triangles), std::move(surface.sign_known), {}, {}};
@@ -92,7 +94,8 @@ void measure_patches(const Mesh& mesh, grow::Patches& out) {
     if (across[c] == kNoTriangle || out.patch[across[c]] != out.patch[c / 3]) patch.border_mm += norm(b - a);
     if (c % 3 != 0) continue;
     ++patch.triangles;
-    patch.area_mm2 += norm(cross(mesh.positions[t[1]] - mesh.positions[t[0]], mesh.positions[t[2]] - mesh.positions[t[0]])) / 2;
+    patch.area_mm2 +=
+        norm(cross(mesh.positions[t[1]] - mesh.positions[t[0]], mesh.positions[t[2]] - mesh.positions[t[0]])) / 2;
   }
 }
 
@@ -171,7 +174,8 @@ Vec3 float32_offset(const Bounds& bounds, double edge_mm) {
   if (static_cast<double>(std::nextafter(at, 1e38f)) - static_cast<double>(at) <= edge_mm / 1000) return {};
   const double step = 1024 * edge_mm;
   auto middle = [&](double low, double high) { return std::floor((low + high) / 2 / step) * step; };
-  return {middle(bounds.low.x, bounds.high.x), middle(bounds.low.y, bounds.high.y), middle(bounds.low.z, bounds.high.z)};
+  return {middle(bounds.low.x, bounds.high.x), middle(bounds.low.y, bounds.high.y),
+          middle(bounds.low.z, bounds.high.z)};
 }
 
 Result<MeshedSurface> mesh_surface(const reduce::ReducedCloud& cloud, const Bounds& bounds, const What& what,
@@ -188,7 +192,7 @@ Result<MeshedSurface> mesh_surface(const reduce::ReducedCloud& cloud, const Boun
       merge::merge_components({w.measured, offset, grown.side_known, grown.triangles, grown.patch}, what.merge);
   if (merged.mesh.triangles.empty())
     return fail(Code::BadInput, "no triangle can be made of " + std::to_string(out.stars.kept) +
-                                    " kept points; is the bin edge (" + std::to_string(cloud.lattice.edge_mm) +
+                                    " kept points; is the bin edge (" + number_text(cloud.lattice.edge_mm) +
                                     " mm) finer than the sensor's pitch, or are the units wrong?");
   out.mesh = std::move(merged.mesh);
   out.vertex_row = std::move(merged.vertex_row);
@@ -201,9 +205,10 @@ Result<MeshedSurface> mesh_surface(const reduce::ReducedCloud& cloud, const Boun
     progress.stage("grow", 0, 0);
     std::vector<float> variation(out.vertex_row.size());
     for (std::size_t v = 0; v < variation.size(); ++v) variation[v] = cloud.variation[out.vertex_row[v]];
-    TRY_ASSIGN(out.patches, grow::grow_patches({cloud.lattice.edge_mm, out.mesh.positions, offset, variation, out.mesh.triangles,
-                                                what.grow.normal_dot(), what.merge.min_patch_triangles},
-                                               what.seeds, context));
+    TRY_ASSIGN(out.patches,
+               grow::grow_patches({cloud.lattice.edge_mm, out.mesh.positions, offset, variation, out.mesh.triangles,
+                                   what.grow.normal_dot(), what.merge.min_patch_triangles},
+                                  what.seeds, context));
     out.refused.normal = out.patches.refused_normal;
     if (!what.seeds.cover) keep_reached(out);
   }

@@ -5,11 +5,11 @@
 #include <vector>
 
 #include "base/context.hpp"
+#include "base/progress.hpp"
 #include "base/result.hpp"
 #include "grow/grow.hpp"
 #include "merge/merge.hpp"
 #include "mesh/mesh.hpp"
-#include "base/progress.hpp"
 #include "pipeline/what.hpp"
 #include "reduce/reduce.hpp"
 #include "stars/stars.hpp"
@@ -18,21 +18,21 @@ namespace scanmill::pipeline {
 
 /// The finished mesh with what the stages counted.
 struct MeshedSurface {
-  Mesh mesh;                               // patch numbers filled in
-  std::vector<std::uint32_t> vertex_row;   // row of the reduced cloud behind each vertex
+  Mesh mesh;                              // patch numbers filled in
+  std::vector<std::uint32_t> vertex_row;  // row of the reduced cloud behind each vertex
   grow::Patches patches;
   std::vector<std::vector<std::uint32_t>> borders;
   std::vector<merge::Stray> strays;
   std::vector<BorderLoop> loops;
   stars::Report stars;
   RefusalCounts refused;
-  std::uint64_t refused_overlap = 0;       // engine front only
+  std::uint64_t refused_overlap = 0;  // engine front only
   std::uint64_t components = 0;
   std::uint64_t kept_used = 0, kept_in_strays = 0;  // of the kept points: vertices of the mesh, vertices of strays
 };
 
-/// Translation that keeps float32 finer than h/1000: zero near the origin, else the middle of the box rounded to a multiple of
-/// 1024 bin edges.
+/// Translation that keeps float32 finer than h/1000: zero near the origin, else the middle of the box rounded to a
+/// multiple of 1024 bin edges.
 Vec3 float32_offset(const Bounds& bounds, double edge_mm);
 
 /// Stars, complete, merge, grow (or the front engine) over a reduced cloud.

@@ -55,7 +55,8 @@ Result<ToolInput> scan_of_files(const std::vector<std::string>& paths) {
     view.path = file.lexically_relative(common).generic_string();
     input.scan.views.push_back(std::move(view));
   }
-  std::sort(input.scan.views.begin(), input.scan.views.end(), [](const ViewSpec& a, const ViewSpec& b) { return a.path < b.path; });
+  std::sort(input.scan.views.begin(), input.scan.views.end(),
+            [](const ViewSpec& a, const ViewSpec& b) { return a.path < b.path; });
   return input;
 }
 

@@ -13,7 +13,8 @@ struct ToolInput {
   ScanSpec scan;
 };
 
-/// One .conf or scan plan as the scan it describes, or any number of cloud files as the views of one scan without poses.
+/// One .conf or scan plan as the scan it describes, or any number of cloud files as the views of one scan without
+/// poses.
 /// errors  BadUsage for no input or a description among several; what reading the description reports
 Result<ToolInput> scan_of_files(const std::vector<std::string>& paths);
 

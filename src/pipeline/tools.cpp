@@ -5,6 +5,7 @@
 #include <cmath>
 #include <filesystem>
 
+#include "base/text.hpp"
 #include "export/writers.hpp"
 #include "pipeline/reduced_file.hpp"
 #include "pipeline/scan_points.hpp"
@@ -20,6 +21,7 @@ namespace {
 
 using document::Node;
 
+constexpr std::uint64_t kEnoughToTell = 1000;  // points, for spacing and noise
 constexpr std::uint64_t kLongestPlan = 64 << 20;
 
 Node triple(Vec3 p) {
@@ -80,7 +82,8 @@ Result<Opened> open_inputs(const std::vector<std::string>& inputs, const What& w
   return opened;
 }
 
-Result<reduce::Reduction> reduce_inputs(const Opened& opened, const What& what, const Context& context, Progress& progress) {
+Result<reduce::Reduction> reduce_inputs(const Opened& opened, const What& what, const Context& context,
+                                        Progress& progress) {
   const WatchedPoints watched(*opened.points, "reduce", progress);
   TRY_ASSIGN(reduce::Reduction reduction, reduce::reduce_cloud(watched, what.lattice, what.reduce, context));
   std::string problem = implausible_size(reduction.report.bounds, opened.points->units_mm(), reduction.report.bin_mm);
@@ -102,18 +105,29 @@ Result<plan::ScanPlan> read_plan(const std::string& path, std::string& text) {
   return plan::plan_from(root, path);
 }
 
-Result<void> write_text(const std::string& path, const std::string& text) {
-  TRY_ASSIGN(auto sink, store::create_file(path));
-  TRY(sink->write(std::string_view(text)));
-  return sink->commit();
+/// An output never takes the place of an input, and its name says what is in it.
+Result<void> check_output(const std::string& output, const char* suffix, const std::vector<std::string>& inputs) {
+  namespace fs = std::filesystem;
+  if (fs::path(output).extension() != suffix)
+    return fail(Code::BadUsage, std::string("found this output name; this command writes ") + suffix + " files only", output);
+  std::error_code ignored;
+  for (const std::string& input : inputs)
+    if (fs::equivalent(output, input, ignored))
+      return fail(Code::BadUsage, "is an input as well; name another file, nothing was written", output);
+  return {};
 }
 
 }  // namespace
 
 Result<ToolReport> reduce_to_file(const std::vector<std::string>& inputs, const What& what, const std::string& output,
                                   const Context& context, Progress& progress) {
+  TRY(check_output(output, ".ply", inputs));
   TRY_ASSIGN(const Opened opened, open_inputs(inputs, what));
   TRY_ASSIGN(const reduce::Reduction reduction, reduce_inputs(opened, what, context, progress));
+  if (reduction.report.kept == 0)
+    return fail(Code::BadInput, "no point of " + std::to_string(reduction.report.points_used) +
+                                    " can be kept with bins of " + number_text(reduction.report.bin_mm) +
+                                    " mm; choose larger bins or check the units", opened.input.scan.name);
   TRY_ASSIGN(auto sink, store::create_file(output));
   TRY(write_reduced(reduction.cloud, *sink));
   TRY(opened.points->verify_unchanged());
@@ -125,8 +139,9 @@ Result<ToolReport> reduce_to_file(const std::vector<std::string>& inputs, const 
   return report;
 }
 
-Result<ToolReport> mesh_to_file(const std::vector<std::string>& inputs, const What& what, bool as_is, const std::string& output,
-                                const Context& context, Progress& progress) {
+Result<ToolReport> mesh_to_file(const std::vector<std::string>& inputs, const What& what, bool as_is,
+                                const std::string& output, const Context& context, Progress& progress) {
+  TRY(check_output(output, ".stl", inputs));
   ToolReport report;
   report.values.set("file", output);
   reduce::ReducedCloud cloud;
@@ -135,6 +150,10 @@ Result<ToolReport> mesh_to_file(const std::vector<std::string>& inputs, const Wh
     if (inputs.size() != 1) return fail(Code::BadUsage, "--as-is takes one file that `scanmill reduce` wrote");
     TRY_ASSIGN(const auto source, store::open_file(inputs.front(), inputs.front()));
     TRY_ASSIGN(cloud, read_reduced(*source));
+    if (what.lattice.bin_mm && *what.lattice.bin_mm != cloud.lattice.edge_mm)
+      return fail(Code::BadUsage, "was reduced with bins of " + number_text(cloud.lattice.edge_mm) + " mm, found bin_mm " +
+                                      number_text(*what.lattice.bin_mm) + "; leave it away with --as-is, or reduce again",
+                  inputs.front());
     bounds = bounds_of(cloud);
     report.values.set("bin_mm", cloud.lattice.edge_mm);
   } else {
@@ -157,7 +176,8 @@ Result<ToolReport> cloud_info(const std::string& input, const What& what, const 
   TRY_ASSIGN(const Opened opened, open_inputs({input}, what));
   const ScanPoints& points = *opened.points;
   const WatchedPoints watched(points, "info", progress);
-  // One reduction on a trial lattice tells the bounds, then the area; a second one at about nine points per bin the noise.
+  // One reduction on a trial lattice tells the bounds, then the area; a second one at about nine points per bin the
+  // noise.
   reduce::LatticeParams lattice;
   reduce::Params params;
   params.representative = reduce::Representative::Centre;
@@ -189,11 +209,13 @@ Result<ToolReport> cloud_info(const std::string& input, const What& what, const 
   out.set("low_mm", triple(seen.bounds.low));
   out.set("high_mm", triple(seen.bounds.high));
   out.set("size_mm", triple(seen.bounds.size()));
-  out.set("spacing_mm", spacing);
-  if (std::string problem = implausible_size(seen.bounds, points.units_mm(), 0); !problem.empty()) out.set("warning", problem);
+  if (seen.points_used >= kEnoughToTell) out.set("spacing_mm", spacing);
+  else out.set("spacing_mm", "fewer than 1000 points: too few to tell");
+  if (std::string problem = implausible_size(seen.bounds, points.units_mm(), 0); !problem.empty())
+    out.set("warning", problem);
   lattice = {};
   lattice.bin_mm = 3 * spacing;
-  if (seen.points_used >= 1000 && *lattice.bin_mm > 0) {
+  if (seen.points_used >= kEnoughToTell && *lattice.bin_mm > 0) {
     TRY_ASSIGN(const reduce::Reduction fine, reduce::reduce_cloud(watched, lattice, params, context));
     const double noise = fine.report.median_residual * fine.report.bin_mm;
     out.set("noise_mm_at_most", noise);  // curvature and misregistration are in it
@@ -203,19 +225,22 @@ Result<ToolReport> cloud_info(const std::string& input, const What& what, const 
   return report;
 }
 
-Result<ToolReport> convert_cloud(const std::string& input, const What& what, const std::string& output, const Context& context,
-                                 Progress& progress) {
+Result<ToolReport> convert_cloud(const std::string& input, const What& what, const std::string& output,
+                                 const Context& context, Progress& progress) {
+  TRY(check_output(output, ".ply", {input}));
   TRY_ASSIGN(const Opened opened, open_inputs({input}, what));
   const ScanPoints& points = *opened.points;
   std::uint64_t count = 0;
   PointBlock block;
   for (std::size_t number = 0; number < points.block_count(); ++number) {
+    if (context.cancel.is_set()) return fail(Code::Cancelled, "stopped on request", output);
     TRY(points.read_block(number, block));
     count += block.positions.size();
   }
   TRY_ASSIGN(auto sink, store::create_file(output));
   std::vector<std::string> comments{"scanmill convert: global frame, mm"};
-  for (const OpenView& view : points.views()) comments.push_back("view " + std::to_string(index_of(view.id)) + " " + view.path);
+  for (const OpenView& view : points.views())
+    comments.push_back("view " + std::to_string(index_of(view.id)) + " " + view.path);
   TRY_ASSIGN(exporting::PlyPointWriter writer, exporting::PlyPointWriter::begin(*sink, count, comments));
   std::uint64_t done = 0;
   for (std::size_t number = 0; number < points.block_count(); ++number) {
@@ -230,13 +255,17 @@ Result<ToolReport> convert_cloud(const std::string& input, const What& what, con
   ToolReport report;
   report.values.set("file", output);
   report.values.set("points", count);
+  std::uint64_t dropped = 0;
+  for (const ViewCounts& counts : points.counts()) dropped += counts.not_finite + counts.sensor_invalid;
+  report.values.set("not_finite_dropped", dropped);
   report.values.set("views", static_cast<std::uint64_t>(points.views().size()));
   if (!opened.input.scan.notes.empty()) report.values.set("notes", texts(opened.input.scan.notes));
   return report;
 }
 
-Result<ToolReport> simulate_plan(const std::string& plan_path, const std::string& object_name, const std::string& folder,
-                                 std::uint64_t seed, const Context& context, Progress& progress) {
+Result<ToolReport> simulate_plan(const std::string& plan_path, const std::string& object_name,
+                                 const std::string& folder, std::uint64_t seed, const Context& context,
+                                 Progress& progress) {
   TRY_ASSIGN(const auto object, simulate::make_object(object_name));
   std::string text;
   TRY_ASSIGN(plan::ScanPlan plan, read_plan(plan_path, text));
@@ -244,6 +273,9 @@ Result<ToolReport> simulate_plan(const std::string& plan_path, const std::string
   for (plan::Station& station : plan.stations)
     if (station.data.empty()) {
       station.data = "views/" + station.name + ".ply";
+      if (!is_inside(station.data))
+        return fail(Code::BadParameter,
+                    "station " + station.name + " has no data file and its name cannot be one; add data", plan_path);
       named_here = true;
     }
   std::uint64_t points = 0;
@@ -259,14 +291,14 @@ Result<ToolReport> simulate_plan(const std::string& plan_path, const std::string
     const std::string path = folder + "/" + station.data;
     TRY(store::make_folders(std::filesystem::path(path).parent_path().string()));
     TRY_ASSIGN(auto sink, store::create_file(path));
-    const std::vector<std::string> comments{"scanmill simulate: object " + object_name + ", station " + station.name + ", seed " +
-                                            std::to_string(seed)};
+    const std::vector<std::string> comments{"scanmill simulate: object " + object_name + ", station " + station.name +
+                                            ", seed " + std::to_string(seed)};
     TRY(exporting::write_view_ply(map.points, comments, *sink));
     TRY(sink->commit());
   }
   progress.stage("simulate", plan.stations.size(), plan.stations.size());
   const std::string plan_copy = folder + "/" + std::filesystem::path(plan_path).filename().string();
-  TRY(write_text(plan_copy, named_here ? document::to_yaml(plan::to_document(plan)) : text));
+  TRY(store::write_text(plan_copy, named_here ? document::to_yaml(plan::to_document(plan)) : text));
   ToolReport report;
   report.values.set("plan", plan_copy);
   report.values.set("object", object_name);

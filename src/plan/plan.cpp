@@ -30,16 +30,6 @@ std::string found(const Node& node) {
   return node.text.empty() ? document::to_json(node) : node.text.substr(0, 60);
 }
 
-bool is_inside(std::string_view path) {
-  if (path.empty() || path.front() == '/' || path.find('\0') != std::string_view::npos) return false;
-  for (std::size_t at = 0; at <= path.size();) {
-    const std::size_t end = std::min(path.find('/', at), path.size());
-    if (path.substr(at, end - at) == "..") return false;
-    at = end + 1;
-  }
-  return true;
-}
-
 /// -0 becomes 0, so that a pose written and read again is the same to the last bit.
 Pose without_negative_zeros(Pose pose) {
   for (double& value : pose.rotation) value += 0.0;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A scan plan: where each view was taken, with what sensor, in which file. Pure values; reading YAML text is `document`.
+// A scan plan: where each view was taken, with what sensor, in which file. Pure values; reading YAML text is
+// `document`.
 #pragma once
 #include <optional>
 #include <string>
@@ -14,8 +15,8 @@ namespace scanmill::plan {
 
 struct Station {
   std::string name;
-  Pose pose;           // sensor (= view) frame to global frame, mm
-  std::string data;    // file of the view, relative to the plan; may be empty before the scan was made
+  Pose pose;                          // sensor (= view) frame to global frame, mm
+  std::string data;                   // file of the view, relative to the plan; may be empty before the scan was made
   std::optional<std::string> sha256;  // expected content of `data`
 };
 

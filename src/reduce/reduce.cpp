@@ -1,13 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 // Voxel-bin reduction: keep one measured point per bin (Bradley 2001, section 4.1).
 //
-// The paper keeps the point nearest the bin's centre and drops points by c1 and c2 on measured positions. With noise, bins
-// that the surface only grazes are then filled by the tail of the noise; `representative: surface` keeps the point nearest
-// the foot of the bin's centre on the local plane instead, and c2 is judged on positions projected to that plane.
+// The paper keeps the point nearest the bin's centre and drops points by c1 and c2 on measured positions. With noise,
+// bins that the surface only grazes are then filled by the tail of the noise; `representative: surface` keeps the point
+// nearest the foot of the bin's centre on the local plane instead, and c2 is judged on positions projected to that
+// plane.
 #include "reduce/reduce.hpp"
 
 #include <algorithm>
 
+#include "base/text.hpp"
 #include "reduce/binning.hpp"
 #include "reduce/frame.hpp"
 
@@ -16,15 +18,25 @@ namespace {
 
 /// Relative to the median residual, and in bin edges: above both a bin lies on a crease.
 constexpr double kCreaseOverMedian = 2.5, kCreaseResidual = 0.2;
-/// Noise, in bin edges, from which frames take the 5x5x5 bins (docs/algorithm.md: 3x3x3 is better below, on every cloud tried).
+/// Noise, in bin edges, from which frames take the 5x5x5 bins (docs/algorithm.md: 3x3x3 is better below, on every cloud
+/// tried).
 constexpr double kNoisyFrom = 0.15;
 /// A foot farther than this from the measured point is no foot of this surface; the measured point is used.
 constexpr double kMaxProjection = 1.5;
+/// mm; a cloud outside these is no scan, and the search for a bin edge would leave the range of double.
+constexpr double kLeastExtent = 1e-9, kGreatestExtent = 1e12;
 
 std::int64_t round_down(std::int64_t value) { return value & ~std::int64_t{1023}; }
 
+/// `somewhere` may lie anywhere: a base within 2^51 bins of the origin keeps all bin numbers in range, and points that
+/// are no 2^30 bins from it are refused when they are placed.
 LocalFrame local_frame(const Lattice& lattice, Vec3 somewhere) {
-  const BinKey bin = bin_of(lattice, somewhere);
+  auto within = [&](double p, double origin) {
+    const double limit = 0x1p51 * lattice.edge_mm;
+    return std::clamp(p, origin - limit, origin + limit);
+  };
+  const BinKey bin = bin_of(lattice, {within(somewhere.x, lattice.origin.x), within(somewhere.y, lattice.origin.y),
+                                      within(somewhere.z, lattice.origin.z)});
   return {lattice, {round_down(bin.i), round_down(bin.j), round_down(bin.k)}};
 }
 
@@ -96,22 +108,35 @@ void drop_points(ReducedCloud& cloud, const Params& params, const Context& conte
     const double to_centre = norm2(cloud.measured[row] - centre_of(cloud.lattice, cloud.key(row)));
     order[row] = params.representative == Representative::Centre ? to_centre : cloud.plane_distance[row];
     if (cloud.drop[row] != Drop::Kept) continue;
-    if (!cloud.frame_valid[row]) cloud.drop[row] = Drop::Isolated;
-    else if (params.max_centre_distance && to_centre > (*params.max_centre_distance * h) * (*params.max_centre_distance * h))
+    if (!cloud.frame_valid[row])
+      cloud.drop[row] = Drop::Isolated;
+    else if (params.max_centre_distance &&
+             to_centre > (*params.max_centre_distance * h) * (*params.max_centre_distance * h))
       cloud.drop[row] = Drop::CentreDistance;
   }
   if (params.min_neighbour_distance && *params.min_neighbour_distance > 0)
-    thin(cloud, order, *params.min_neighbour_distance, params.neighbour_positions == NeighbourPositions::Projected, context);
+    thin(cloud, order, *params.min_neighbour_distance, params.neighbour_positions == NeighbourPositions::Projected,
+         context);
 }
 
 void count_drops(const ReducedCloud& cloud, Report& report) {
   report.bins = cloud.size();
   for (const Drop drop : cloud.drop) switch (drop) {
-      case Drop::Kept: ++report.kept; break;
-      case Drop::TooFewPoints: ++report.dropped_too_few; break;
-      case Drop::Isolated: ++report.dropped_isolated; break;
-      case Drop::CentreDistance: ++report.dropped_centre_distance; break;
-      case Drop::NeighbourDistance: ++report.dropped_neighbour_distance; break;
+      case Drop::Kept:
+        ++report.kept;
+        break;
+      case Drop::TooFewPoints:
+        ++report.dropped_too_few;
+        break;
+      case Drop::Isolated:
+        ++report.dropped_isolated;
+        break;
+      case Drop::CentreDistance:
+        ++report.dropped_centre_distance;
+        break;
+      case Drop::NeighbourDistance:
+        ++report.dropped_neighbour_distance;
+        break;
     }
 }
 
@@ -154,12 +179,17 @@ Result<Reduction> reduce_on(const PointSource& points, const Lattice& lattice, V
   return out;
 }
 
-/// Bisection on the bin edge: occupied bins fall as the edge grows. Ends within 2 % of the wanted number or after 24 trials.
-/// The edge found is rounded to three significant digits, so that it can be written into a job.
-Result<double> edge_for_bins(const PointSource& points, const Bounds& bounds, Vec3 origin, double wanted, const Context& context) {
+/// Bisection on the bin edge: occupied bins fall as the edge grows. Ends within 2 % of the wanted number or after 24
+/// trials. The edge found is rounded to three significant digits, so that it can be written into a job.
+Result<double> edge_for_bins(const PointSource& points, const Bounds& bounds, Vec3 origin, double wanted,
+                             const Context& context) {
   const Vec3 size = bounds.size();
   const double extent = std::max({size.x, size.y, size.z});
-  if (!(extent > 0)) return fail(Code::BadInput, "all points coincide; no bin edge gives the wanted number of bins");
+  if (!(extent > kLeastExtent))
+    return fail(Code::BadInput, "all points coincide; no bin edge gives the wanted number of bins");
+  if (!(extent < kGreatestExtent))
+    return fail(Code::BadInput,
+                "the cloud is " + number_text(extent) + " mm wide; stray points far away, or wrong units");
   double low = extent / (2 * std::sqrt(wanted)) / 8, high = extent * 2;
   double edge = extent / std::sqrt(wanted);
   for (int trial = 0; trial < 24; ++trial) {
@@ -167,8 +197,10 @@ Result<double> edge_for_bins(const PointSource& points, const Bounds& bounds, Ve
     TRY_ASSIGN(const std::uint64_t bins, count_bins(points, local_frame(lattice, bounds.low), context));
     const double ratio = static_cast<double>(bins) / wanted;
     if (ratio > 0.98 && ratio < 1.02) break;
-    if (ratio > 1) low = std::max(low, edge);
-    else high = std::min(high, edge);
+    if (ratio > 1)
+      low = std::max(low, edge);
+    else
+      high = std::min(high, edge);
     const double guess = edge * std::sqrt(ratio);  // surfaces: bins go with the inverse square of the edge
     edge = guess > low && guess < high ? guess : (low + high) / 2;
   }

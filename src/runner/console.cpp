@@ -160,4 +160,13 @@ void Console::problem(const std::string& line, const document::Node& event) {
   if (options_.json) put(out_, line, event, false);
 }
 
+void Console::complain(const Error& error) {
+  for (const std::string& line : lines_of(error.text())) {
+    document::Node node = event("error");
+    node.set("code", name_of(error.code));
+    node.set("text", line);
+    problem(line, node);
+  }
+}
+
 }  // namespace scanmill::runner

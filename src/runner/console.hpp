@@ -38,6 +38,8 @@ class Console final : public Progress {
   void note(const std::string& scan, const std::string& text);
   /// A problem: one line each on stderr, and the event on stdout under --json.
   void problem(const std::string& line, const document::Node& event);
+  /// An error: each line of its text is a problem of its own.
+  void complain(const Error& error);
 
   /// An event of this type.
   static document::Node event(const char* type);

@@ -72,18 +72,6 @@ class Driver {
     return out;
   }
 
-  void complain(const Error& error) {
-    const std::string text = error.text();
-    for (std::size_t from = 0; from <= text.size();) {
-      const std::size_t to = std::min(text.find('\n', from), text.size());
-      Node event = Console::event("error");
-      event.set("code", scanmill::name_of(error.code));
-      event.set("text", text.substr(from, to - from));
-      console_.problem(text.substr(from, to - from), event);
-      from = to + 1;
-    }
-  }
-
   /// Everything that is judged before the first scan. Nothing is written by a dry run.
   int prepare() {
     auto job = load_job(options_.job, options_.sets, work_);
@@ -144,7 +132,7 @@ class Driver {
   }
 
   int refuse(const Error& error, int code) {
-    complain(error);
+    console_.complain(error);
     return code;
   }
 
@@ -298,7 +286,7 @@ class Driver {
       quarantine_.add(entry.name, {fingerprint->value, error.text()});
     const bool machine = error.code == Code::IoFailed || (error.code == Code::NoSpace && error.where != "memory");
     return !machine || options_.dry_run ||
-           !(error.text().find(tree_.root()) != std::string::npos || tree_.is_unwritable());
+           !((" " + error.where).find(" " + tree_.root() + "/") != std::string::npos || tree_.is_unwritable());
   }
 
   void show(const ScanEntry& entry) {
@@ -354,7 +342,7 @@ class Driver {
   int save_report() {
     saved_ = Clock::now();
     report_.seconds = seconds_since(began_);
-    auto saved = write_text(tree_.run_file(), document::to_json(to_document(report_), 1) + "\n");
+    auto saved = store::write_text(tree_.run_file(), document::to_json(to_document(report_), 1) + "\n");
     return saved ? kExitGood : refuse(saved.error(), kExitInternal);
   }
 
@@ -371,10 +359,10 @@ class Driver {
     report_.seconds = seconds_since(began_);
     if (lock_) {
       auto kept = quarantine_.save(tree_.quarantine_file());
-      if (kept) kept = write_text(tree_.hashes_file(), work_.save_hashes());
-      if (kept) kept = write_text(tree_.run_file(), document::to_json(to_document(report_), 1) + "\n");
+      if (kept) kept = store::write_text(tree_.hashes_file(), work_.save_hashes());
+      if (kept) kept = store::write_text(tree_.run_file(), document::to_json(to_document(report_), 1) + "\n");
       if (!kept) {
-        complain(kept.error());
+        console_.complain(kept.error());
         if (code < 128) report_.exit_code = code = kExitInternal;
       }
     }
@@ -422,15 +410,8 @@ std::vector<std::string> check_job(const std::string& path, std::span<const std:
     auto selection = select_scans(*job, {}, work);
     return selection ? Error{Code::Internal, {}, {}} : selection.error();
   }();
-  std::vector<std::string> lines;
-  if (error.message.empty()) return lines;
-  const std::string text = error.text();
-  for (std::size_t from = 0; from <= text.size();) {
-    const std::size_t to = std::min(text.find('\n', from), text.size());
-    lines.push_back(text.substr(from, to - from));
-    from = to + 1;
-  }
-  return lines;
+  if (error.message.empty()) return {};
+  return lines_of(error.text());
 }
 
 }  // namespace scanmill::runner

@@ -36,12 +36,8 @@ bool any_matches(const std::string& pattern, const std::vector<std::string>& nam
 struct Lines {
   std::vector<std::string> list;
   void add(const std::string& text) {
-    for (std::size_t from = 0; from <= text.size();) {
-      const std::size_t to = std::min(text.find('\n', from), text.size());
-      const std::string line = text.substr(from, to - from);
-      if (std::find(list.begin(), list.end(), line) == list.end()) list.push_back(line);
-      from = to + 1;
-    }
+    for (std::string& line : lines_of(text))
+      if (std::find(list.begin(), list.end(), line) == list.end()) list.push_back(std::move(line));
   }
   std::string text() const {
     std::string all;

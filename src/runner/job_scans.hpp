@@ -22,7 +22,8 @@ struct Selection {
   std::vector<std::string> notes;      // of the archive as a whole
 };
 
-/// Reads the file and the keys. errors  BadParameter, all problems at once; BadInput when there is no such file
+/// Reads the file and the keys.
+/// errors  BadParameter, all problems at once; BadInput when there is no such file
 Result<Job> load_job(const std::string& path, std::span<const std::string> sets, const Work& work);
 
 /// errors  BadParameter: no scan is selected, an override matches none, a scan's keys do not fit together (all at

@@ -11,12 +11,6 @@ namespace scanmill::runner {
 
 namespace fs = std::filesystem;
 
-Result<void> write_text(const std::string& path, const std::string& text) {
-  TRY_ASSIGN(const auto sink, store::create_file(path));
-  TRY(sink->write(std::string_view(text)));
-  return sink->commit();
-}
-
 Result<void> OutputTree::prepare() const {
   for (const char* part : {"/scans", "/logs", "/journal"}) TRY(store::make_folders(root_ + part));
   return {};
@@ -68,7 +62,7 @@ std::vector<std::string> OutputTree::finished() const {
 
 bool OutputTree::is_unwritable() const {
   const std::string path = root_ + "/journal/probe";
-  const bool fine = write_text(path, std::string(65536, ' ')).ok();
+  const bool fine = store::write_text(path, std::string(65536, ' ')).ok();
   (void)store::remove_tree(path);
   return !fine;
 }

@@ -20,7 +20,8 @@ class OutputTree {
   std::string hashes_file() const { return root_ + "/journal/hashes.json"; }
   std::string quarantine_file() const { return root_ + "/quarantine.json"; }
 
-  /// scans, logs and journal. errors  IoFailed, NoSpace naming the folder
+  /// Makes the folders scans, logs and journal.
+  /// errors  IoFailed, NoSpace naming the folder
   Result<void> prepare() const;
   /// Removes attempts that dead runs left behind; only the holder of the lock may call this.
   Result<void> remove_leftovers() const;
@@ -36,8 +37,5 @@ class OutputTree {
  private:
   std::string root_;
 };
-
-/// Writes a small file in one step. errors  NoSpace, IoFailed naming it
-Result<void> write_text(const std::string& path, const std::string& text);
 
 }  // namespace scanmill::runner

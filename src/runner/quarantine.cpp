@@ -2,7 +2,6 @@
 #include "runner/quarantine.hpp"
 
 #include "document/document.hpp"
-#include "runner/output_tree.hpp"
 #include "store/files.hpp"
 
 namespace scanmill::runner {
@@ -36,7 +35,7 @@ Result<void> Quarantine::save(const std::string& path) const {
     row.set("error", entry.error);
     tree.entries().push_back({scan, {}, std::move(row)});
   }
-  return write_text(path, document::to_json(tree, 1) + "\n");
+  return store::write_text(path, document::to_json(tree, 1) + "\n");
 }
 
 const Quarantine::Entry* Quarantine::find(const std::string& scan, const std::string& fingerprint) const {

@@ -139,10 +139,7 @@ Result<void> save_state(ScanState& state, const std::string& folder) {
     TRY_ASSIGN(std::string sha256, sha256_of(*source));
     state.outputs.push_back({name, source->size(), std::move(sha256)});
   }
-  TRY_ASSIGN(const auto sink, store::create_file(folder + "/" + kStateFile));
-  const std::string text = document::to_json(to_document(state), 1) + "\n";
-  TRY(sink->write(std::string_view(text)));
-  return sink->commit();
+  return store::write_text(folder + "/" + kStateFile, document::to_json(to_document(state), 1) + "\n");
 }
 
 std::vector<std::string> reasons_to_run(const std::optional<ScanState>& state, const std::string& folder,

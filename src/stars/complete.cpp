@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Completion touches 1-3 % of the points: candidates in canonical order, small loops, then repairs round by round until
-// nothing improves. Every insertion needs free directed edges, free sectors, no fold, and no crossing with any triangle in
-// reach; what cannot be closed under these rules stays open and is listed.
+// nothing improves. Every insertion needs free directed edges, free sectors, no fold, and no crossing with any triangle
+// in reach; what cannot be closed under these rules stays open and is listed.
 #include "stars/complete.hpp"
 
 #include <algorithm>
@@ -94,9 +94,12 @@ void insert_candidates(Site& site, const std::vector<Candidate>& candidates, Rep
   for (const Candidate& candidate : candidates) {
     const Triangle& t = candidate.corners;
     if (!site.complex.edges_free(t) || !site.within_limits(t)) continue;
-    if (!site.sectors_free(t)) ++report.turned_back_sector;
-    else if (!site.fold_free(t, kFold)) ++report.turned_back_fold;
-    else if (site.crossing_of(t) != kNone) ++report.turned_back_crossing;
+    if (!site.sectors_free(t))
+      ++report.turned_back_sector;
+    else if (!site.fold_free(t, kFold))
+      ++report.turned_back_fold;
+    else if (site.crossing_of(t) != kNone)
+      ++report.turned_back_crossing;
     else {
       site.complex.add(t, candidate.votes);
       ++report.candidates_added;

@@ -10,8 +10,8 @@ namespace scanmill::stars {
 
 using Loop = std::vector<std::uint32_t>;  // missing half-edges loop[k] -> loop[k + 1]; least vertex first
 
-/// Loops of missing half-edges that touch the given vertices (ascending), at most `longest` edges; shortest first, then by
-/// vertices.
+/// Loops of missing half-edges that touch the given vertices (ascending), at most `longest` edges; shortest first, then
+/// by vertices.
 std::vector<Loop> trace_loops(const Site& site, const std::vector<std::uint32_t>& vertices, std::size_t longest);
 /// Vertices that end an open half-edge, ascending.
 std::vector<std::uint32_t> open_vertices(const Site& site);

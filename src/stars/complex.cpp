@@ -93,8 +93,12 @@ void Complex::keep() {
 void Complex::undo() {
   logging_ = false;
   for (auto change = journal_.rbegin(); change != journal_.rend(); ++change) switch (change->kind) {
-      case Change::Added: unlink(change->what); break;
-      case Change::Removed: link(change->what); break;
+      case Change::Added:
+        unlink(change->what);
+        break;
+      case Change::Removed:
+        link(change->what);
+        break;
       case Change::Revived:
         if (fans_[change->what].empty()) --unused_;
         kept_[change->what] = 0;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Small loops: cheapest triangulation by dynamic programming over the loop (after G. Barequet and M. Sharir, "Filling gaps
-// in the boundary of a polyhedron", CAGD 12, 1995), with measured vertices only and every triangle tested like any other.
+// Small loops: cheapest triangulation by dynamic programming over the loop (after G. Barequet and M. Sharir, "Filling
+// gaps in the boundary of a polyhedron", CAGD 12, 1995), with measured vertices only and every triangle tested like any
+// other.
 #include <algorithm>
 #include <set>
 
@@ -9,9 +10,9 @@
 namespace scanmill::stars {
 namespace {
 
-constexpr std::size_t kLongestFilled = 60;    // edges
-constexpr std::size_t kLongestFanned = 10;    // edges of a loop that may close around one point
-constexpr int kPlans = 10;                    // triangulations tried before a loop is left
+constexpr std::size_t kLongestFilled = 60;  // edges
+constexpr std::size_t kLongestFanned = 10;  // edges of a loop that may close around one point
+constexpr int kPlans = 10;                  // triangulations tried before a loop is left
 constexpr double kNever = 1e18;
 
 /// Plan of a polygon's triangulation: middle[i][j] = k of the triangle (i, k, j).
@@ -32,7 +33,8 @@ Plan cheapest_plan(const Site& site, const Loop& loop, const std::set<Triangle>&
       best = kNever;
       const std::uint32_t a = loop[i], b = loop[j];
       const bool last_edge = i == 0 && j == n - 1;
-      if (!last_edge && (a == b || !site.in_range(a, b) || site.complex.half(a, b) != kNone || site.complex.half(b, a) != kNone))
+      if (!last_edge &&
+          (a == b || !site.in_range(a, b) || site.complex.half(a, b) != kNone || site.complex.half(b, a) != kNone))
         continue;
       for (std::size_t k = i + 1; k < j; ++k) {
         const std::uint32_t c = loop[k];
@@ -69,7 +71,8 @@ std::vector<Triangle> triangles_of(const Plan& plan, const Loop& loop) {
 bool add_all(Site& site, const std::vector<Triangle>& list, Triangle& failed) {
   std::vector<std::uint32_t> added;
   for (const Triangle& t : list) {
-    if (!site.complex.edges_free(t) || !site.within_limits(t) || !site.fold_free(t, site.fill_fold) || site.crossing_of(t) != kNone) {
+    if (!site.complex.edges_free(t) || !site.within_limits(t) || !site.fold_free(t, site.fill_fold) ||
+        site.crossing_of(t) != kNone) {
       failed = t;
       for (const std::uint32_t number : added) site.complex.remove(number);
       return false;
@@ -106,7 +109,8 @@ bool fill_around_point(Site& site, const Loop& loop, Report& report) {
       const Vec3 m = cross(site.projected(t[0]) - site.projected(c), site.projected(t[1]) - site.projected(c));
       fits = t[0] != c && t[1] != c && site.within_limits(t) && dot(m, n) > 0.1 * norm(m);
       for (std::size_t k = 0; k < 3 && fits; ++k) {
-        const Vec3 u = site.measured(t[(k + 1) % 3]) - site.measured(t[k]), w = site.measured(t[(k + 2) % 3]) - site.measured(t[k]);
+        const Vec3 u = site.measured(t[(k + 1) % 3]) - site.measured(t[k]),
+                   w = site.measured(t[(k + 2) % 3]) - site.measured(t[k]);
         sharpness = std::max(sharpness, dot(u, w) / std::sqrt(norm2(u) * norm2(w)));
       }
     }
@@ -142,7 +146,8 @@ double fill_cost(const Site& site, const Triangle& t) {
   const Vec3 n = unit(cross(site.projected(t[1]) - site.projected(t[0]), site.projected(t[2]) - site.projected(t[0])));
   const double agreement = std::min({dot(n, site.normal[t[0]]), dot(n, site.normal[t[1]]), dot(n, site.normal[t[2]])});
   const double disagreement = agreement < 0 ? 60 : agreement < 0.2 ? 15 : 0;
-  return circumradius(site.projected(t[0]), site.projected(t[1]), site.projected(t[2])) / site.h() * (2 - agreement) + disagreement;
+  return circumradius(site.projected(t[0]), site.projected(t[1]), site.projected(t[2])) / site.h() * (2 - agreement) +
+         disagreement;
 }
 
 bool fill_loop(Site& site, const Loop& loop, Report& report) {

@@ -6,7 +6,8 @@
 namespace scanmill::stars {
 namespace {
 
-/// The hole's next missing half-edge a -> w after b -> a; where several holes meet at a, the one with the smallest turn.
+/// The hole's next missing half-edge a -> w after b -> a; where several holes meet at a, the one with the smallest
+/// turn.
 std::uint32_t next_open(const Site& site, std::uint32_t b, std::uint32_t a) {
   const double towards_b = site.angle_at(a, b);
   std::uint32_t found = kNone;
@@ -74,7 +75,8 @@ std::vector<Loop> trace_loops(const Site& site, const std::vector<std::uint32_t>
     std::rotate(loop.begin(), std::min_element(loop.begin(), loop.end()), loop.end());
     loops.push_back(std::move(loop));
   }
-  std::sort(loops.begin(), loops.end(), [](const Loop& a, const Loop& b) { return a.size() != b.size() ? a.size() < b.size() : a < b; });
+  std::sort(loops.begin(), loops.end(),
+            [](const Loop& a, const Loop& b) { return a.size() != b.size() ? a.size() < b.size() : a < b; });
   loops.erase(std::unique(loops.begin(), loops.end()), loops.end());
   return loops;
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is still open is re-meshed loop by loop, each as a transaction: kept only if it leaves fewer open edges plus unused
-// points than it found. So completion can only improve, and it ends.
+// What is still open is re-meshed loop by loop, each as a transaction: kept only if it leaves fewer open edges plus
+// unused points than it found. So completion can only improve, and it ends.
 #include <algorithm>
 
 #include "stars/complete.hpp"
@@ -20,7 +20,8 @@ struct FrontChoice {
 };
 
 /// Missing half-edges at the vertices, ascending, and which vertices they end at.
-std::vector<Half> open_halves(const Site& site, const std::vector<std::uint32_t>& vertices, std::vector<std::uint32_t>& ends) {
+std::vector<Half> open_halves(const Site& site, const std::vector<std::uint32_t>& vertices,
+                              std::vector<std::uint32_t>& ends) {
   std::vector<Half> open;
   for (const std::uint32_t v : vertices) {
     if (!site.complex.is_open(v)) continue;
@@ -115,7 +116,8 @@ void fill_front(Site& site, const std::vector<std::uint32_t>& vertices, double g
 
 bool repair_loop(Site& site, const Loop& loop, int level, Report& report, std::vector<std::uint32_t>& changed) {
   for (std::size_t i = 0; i < loop.size(); ++i)  // an earlier repair may have changed it
-    if (site.complex.half(loop[i], loop[(i + 1) % loop.size()]) != kNone || site.complex.fan(loop[i]).empty()) return false;
+    if (site.complex.half(loop[i], loop[(i + 1) % loop.size()]) != kNone || site.complex.fan(loop[i]).empty())
+      return false;
   ++report.repairs_tried;
   const std::int64_t before = site.complex.open_edges() + site.complex.unused();
   std::vector<std::uint32_t> zone(loop);

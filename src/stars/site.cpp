@@ -39,7 +39,7 @@ namespace {
 struct Compass {
   Vec3 origin, e1, e2;
   Compass(Vec3 at, Vec3 n) : origin(at) {
-    e1 = unit(cross(n, std::abs(n.x) < 0.6 ? Vec3{1, 0, 0} : Vec3{0, 1, 0}));
+    e1 = perpendicular(n);
     e2 = cross(n, e1);
   }
   double operator()(Vec3 p) const { return pseudo_angle(dot(p - origin, e1), dot(p - origin, e2)); }
@@ -112,34 +112,35 @@ bool boxes_meet(const Corners& s, const Corners& t) {
 }
 }  // namespace
 
-std::uint32_t Site::crossing_of(const Triangle& t) const {
+template <class Body>
+void Site::visit_crossings(const Triangle& t, std::uint32_t from, Body body) const {
   rows_in_reach(t);
   seen_.resize(complex.triangle_count(), 0);
   ++query_;
   const Corners mine = corners(t);
   for (const std::int32_t row : rows_)
     for (const std::uint32_t k : complex.fan(static_cast<std::uint32_t>(row))) {
-      if (seen_[k] == query_) continue;
+      if (k < from || seen_[k] == query_) continue;
       seen_[k] = query_;
       const Corners other = corners(complex.triangle(k));
-      if (boxes_meet(mine, other) && triangles_cross(mine, other)) return k;
+      if (boxes_meet(mine, other) && triangles_cross(mine, other) && !body(k)) return;
     }
-  return kNone;
+}
+
+std::uint32_t Site::crossing_of(const Triangle& t) const {
+  std::uint32_t found = kNone;
+  visit_crossings(t, 0, [&](std::uint32_t k) {
+    found = k;
+    return false;
+  });
+  return found;
 }
 
 void Site::crossings_after(std::uint32_t number, std::vector<std::uint32_t>& out) const {
-  const Triangle& t = complex.triangle(number);
-  rows_in_reach(t);
-  seen_.resize(complex.triangle_count(), 0);
-  ++query_;
-  const Corners mine = corners(t);
-  for (const std::int32_t row : rows_)
-    for (const std::uint32_t k : complex.fan(static_cast<std::uint32_t>(row))) {
-      if (k <= number || seen_[k] == query_) continue;
-      seen_[k] = query_;
-      const Corners other = corners(complex.triangle(k));
-      if (boxes_meet(mine, other) && triangles_cross(mine, other)) out.push_back(k);
-    }
+  visit_crossings(complex.triangle(number), number + 1, [&](std::uint32_t k) {
+    out.push_back(k);
+    return true;
+  });
 }
 
 }  // namespace scanmill::stars

@@ -49,7 +49,9 @@ class Site {
   static double turn(double from, double to) { return to >= from ? to - from : to - from + 4; }
 
   /// Occupied rows in the window around v's bin; appended.
-  void around(std::uint32_t v, int radius, std::vector<std::int32_t>& rows) const { reader_.window(points.bins[v], radius, rows); }
+  void around(std::uint32_t v, int radius, std::vector<std::int32_t>& rows) const {
+    reader_.window(points.bins[v], radius, rows);
+  }
   int front_radius() const { return front_radius_; }
   Corners corners(const Triangle& t) const {
     return {{measured(t[0]), measured(t[1]), measured(t[2])}, {t[0], t[1], t[2]}};
@@ -57,6 +59,9 @@ class Site {
 
  private:
   void rows_in_reach(const Triangle& t) const;
+  /// body(number) for each triangle from number `from` on that crosses t, until it returns false.
+  template <class Body>
+  void visit_crossings(const Triangle& t, std::uint32_t from, Body body) const;
 
   double range2_, cos_min_angle_;
   double reach_;      // mm: every point of a triangle is this near to one of its corners

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Every kept point finds its own star among the kept points of the 5x5x5 bins: neighbours are mapped to its tangent plane at
-// their true distance and the Delaunay star is walked from neighbour to neighbour by the smallest circumcentre parameter.
-// Co-circular points (exact grids) are told apart by tiny weights hashed from bin keys, the same for every star: a regular
-// triangulation, so all stars break a tie alike.
+// Every kept point finds its own star among the kept points of the 5x5x5 bins: neighbours are mapped to its tangent
+// plane at their true distance and the Delaunay star is walked from neighbour to neighbour by the smallest circumcentre
+// parameter. Co-circular points (exact grids) are told apart by tiny weights hashed from bin keys, the same for every
+// star: a regular triangulation, so all stars break a tie alike.
 #include "stars/star.hpp"
 
 #include <algorithm>
@@ -13,10 +13,10 @@ namespace scanmill::stars {
 namespace {
 
 constexpr std::size_t kGrain = 1024;
-constexpr double kSheet = 0.8;        // greatest |offset from the tangent plane| / distance of a neighbour
-constexpr double kNormalDot = 0.3;    // least |n.n'| of a neighbour (n.n' where both signs are known: thin walls)
+constexpr double kSheet = 0.8;          // greatest |offset from the tangent plane| / distance of a neighbour
+constexpr double kNormalDot = 0.3;      // least |n.n'| of a neighbour (n.n' where both signs are known: thin walls)
 constexpr double kCircumradius = 0.64;  // of g1: a wider empty circle is a gap (1.6 h at g1 2.5)
-constexpr double kWeight = 1e-3;      // of h^2: small against any real difference, large against rounding
+constexpr double kWeight = 1e-3;        // of h^2: small against any real difference, large against rounding
 
 double tie_weight(const SurfacePoints& points, std::size_t row) {
   const LocalBin& bin = points.bins[row];
@@ -69,7 +69,8 @@ class StarBuilder {
       const auto a = star.vertex[static_cast<std::size_t>(k)];
       const auto b = star.vertex[static_cast<std::size_t>(k + 1 < star.size ? k + 1 : 0)];
       if (star.gap(k)) continue;
-      const bool too_long = a != b && norm2(points_.measured[a] - points_.measured[b]) > range2_ * points_.edge_mm * points_.edge_mm;
+      const bool too_long =
+          a != b && norm2(points_.measured[a] - points_.measured[b]) > range2_ * points_.edge_mm * points_.edge_mm;
       refused_range += too_long;
       if (a == b || too_long) star.gaps |= 1u << k;
     }
@@ -79,7 +80,7 @@ class StarBuilder {
  private:
   void gather(std::size_t row) {
     const Vec3 n = points_.normal[row], at = points_.projected[row], measured = points_.measured[row];
-    const Vec3 e1 = unit(cross(n, std::abs(n.x) < 0.6 ? Vec3{1, 0, 0} : Vec3{0, 1, 0})), e2 = cross(n, e1);
+    const Vec3 e1 = perpendicular(n), e2 = cross(n, e1);
     const double scale = 1 / points_.edge_mm, own = tie_weight(points_, row);
     const double limit2 = range2_ * points_.edge_mm * points_.edge_mm;
     tangent_.size = 0;
@@ -142,7 +143,8 @@ class StarBuilder {
 
 }  // namespace
 
-std::vector<Star> stars_of(const SurfacePoints& points, const Params& params, RefusalCounts& refused, const Context& context) {
+std::vector<Star> stars_of(const SurfacePoints& points, const Params& params, RefusalCounts& refused,
+                           const Context& context) {
   const std::size_t n = points.bins.size();
   std::vector<Star> stars(n);
   std::vector<std::uint64_t> refused_by_piece((n + kGrain - 1) / kGrain, 0);

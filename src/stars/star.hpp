@@ -8,7 +8,8 @@
 
 namespace scanmill::stars {
 
-/// Neighbours in counter-clockwise order about the point's normal; gap[k]: no triangle between vertex[k] and vertex[k + 1].
+/// Neighbours in counter-clockwise order about the point's normal; gap[k]: no triangle between vertex[k] and
+/// vertex[k + 1].
 struct Star {
   static constexpr int kMax = 16;
   std::array<std::uint32_t, kMax> vertex;
@@ -31,6 +32,7 @@ struct Star {
 
 /// Stars of all kept rows (empty for the others). Adds to `refused.range` the star edges that only g1 on measured
 /// coordinates turned into gaps.
-std::vector<Star> stars_of(const SurfacePoints& points, const Params& params, RefusalCounts& refused, const Context& context);
+std::vector<Star> stars_of(const SurfacePoints& points, const Params& params, RefusalCounts& refused,
+                           const Context& context);
 
 }  // namespace scanmill::stars

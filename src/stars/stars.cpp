@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The paper grows patches by joining the next nearest point to a front; taken literally that leaves hundreds of open and
-// non-manifold edges. Its first optimisation pass drives any start mesh towards the local Delaunay triangulation, so we
-// compute that fixed point directly, point by point, and complete the few places where neighbours disagree.
+// The paper grows patches by joining the next nearest point to a front; taken literally that leaves hundreds of open
+// and non-manifold edges. Its first optimisation pass drives any start mesh towards the local Delaunay triangulation,
+// so we compute that fixed point directly, point by point, and complete the few places where neighbours disagree.
 #include "stars/stars.hpp"
 
 #include <algorithm>
@@ -11,7 +11,8 @@
 namespace scanmill::stars {
 
 Result<Surface> mesh_points(const SurfacePoints& points, const Params& params, const Context& context) {
-  if (!(params.range_bins > 0 && params.range_bins <= 2.5) || !(params.min_angle_deg >= 0 && params.min_angle_deg <= 45))
+  if (!(params.range_bins > 0 && params.range_bins <= 2.5) ||
+      !(params.min_angle_deg >= 0 && params.min_angle_deg <= 45))
     return fail(Code::BadParameter, "range_bins must be in (0, 2.5] and min_angle_deg in [0, 45]");
   Surface surface;
   Report& report = surface.report;
@@ -25,8 +26,10 @@ Result<Surface> mesh_points(const SurfacePoints& points, const Params& params, c
   if (context.cancel.is_set()) return fail(Code::Cancelled, "stopped on request");
   Site site(points, params, std::move(vote.normal));
   for (const Triangle& t : vote.confirmed) {
-    if (site.complex.edges_free(t)) site.complex.add(t, 3);
-    else vote.candidates.insert(vote.candidates.begin(), {t, 3, 0});
+    if (site.complex.edges_free(t))
+      site.complex.add(t, 3);
+    else
+      vote.candidates.insert(vote.candidates.begin(), {t, 3, 0});
   }
   report.confirmed = site.complex.triangle_count();
   report.candidates = vote.candidates.size();

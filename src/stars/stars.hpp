@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// From reduced points to a two-manifold, consistently oriented set of triangles without crossings: local Delaunay stars,
-// a vote, signs, and completion (docs/algorithm.md, "Stars" and "Complete").
+// From reduced points to a two-manifold, consistently oriented set of triangles without crossings: local Delaunay
+// stars, a vote, signs, and completion (docs/algorithm.md, "Stars" and "Complete").
 #pragma once
 #include <cstdint>
 #include <span>
@@ -20,8 +20,8 @@ struct SurfacePoints {
   BinKey base;
   std::span<const LocalBin> bins;
   const BinIndex* index = nullptr;
-  std::span<const Vec3> measured;       // exactly as they will be written (float32 values), mm
-  std::span<const Vec3> projected;      // on the local plane, same frame: connectivity is computed on these
+  std::span<const Vec3> measured;   // exactly as they will be written (float32 values), mm
+  std::span<const Vec3> projected;  // on the local plane, same frame: connectivity is computed on these
   std::span<const Vec3> normal;
   std::span<const std::uint8_t> sign_known;
   std::span<const std::uint8_t> kept;    // vertices to be
@@ -29,8 +29,8 @@ struct SurfacePoints {
 };
 
 struct Params {
-  double range_bins = 2.5;    // g1
-  double min_angle_deg = 5;   // g2
+  double range_bins = 2.5;   // g1
+  double min_angle_deg = 5;  // g2
 };
 
 struct Report {
@@ -40,7 +40,7 @@ struct Report {
   std::uint64_t loops_found = 0, loops_filled = 0, triangles_filled = 0, points_revived = 0;
   std::uint64_t repairs_tried = 0, repairs_kept = 0, peeled = 0, crossings_cut = 0;
   std::uint64_t open_edges = 0, unused_points = 0;
-  RefusalCounts refused;      // star triangles refused by g1 and g2
+  RefusalCounts refused;  // star triangles refused by g1 and g2
 };
 
 struct Surface {

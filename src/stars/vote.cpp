@@ -112,11 +112,14 @@ void join_components(const SurfacePoints& points, const std::vector<Star>& stars
       links.push_back({std::min(p.row, r.row), std::max(p.row, r.row), score});
     }
   auto same_pair = [](const Link& x, const Link& y) { return x.a == y.a && x.b == y.b; };
-  std::sort(links.begin(), links.end(), [](const Link& x, const Link& y) { return x.a != y.a ? x.a < y.a : x.b < y.b; });
+  std::sort(links.begin(), links.end(),
+            [](const Link& x, const Link& y) { return x.a != y.a ? x.a < y.a : x.b < y.b; });
   std::size_t pairs = 0;
   for (const Link& link : links) {
-    if (pairs > 0 && same_pair(links[pairs - 1], link)) links[pairs - 1].score += link.score;
-    else links[pairs++] = link;
+    if (pairs > 0 && same_pair(links[pairs - 1], link))
+      links[pairs - 1].score += link.score;
+    else
+      links[pairs++] = link;
   }
   links.resize(pairs);
   std::sort(links.begin(), links.end(), [](const Link& x, const Link& y) {
@@ -158,8 +161,8 @@ double circumradius(Vec3 a, Vec3 b, Vec3 c) {
   return area2 > 0 ? norm(u) * norm(v) * norm(c - b) / (2 * area2) : 1e30;
 }
 
-Vote count_votes(const SurfacePoints& points, const std::vector<Star>& stars, double cos_min_angle, RefusalCounts& refused,
-                 const Context& context) {
+Vote count_votes(const SurfacePoints& points, const std::vector<Star>& stars, double cos_min_angle,
+                 RefusalCounts& refused, const Context& context) {
   const std::size_t n = points.bins.size();
   std::vector<Piece> pieces((n + kGrain - 1) / kGrain);
   for_each_piece(context, n, kGrain, [&](std::size_t begin, std::size_t end, std::size_t piece, int) {
@@ -173,9 +176,11 @@ Vote count_votes(const SurfacePoints& points, const std::vector<Star>& stars, do
       for (const Agreed& t : piece.agreed) {
         if (t.rank != rank) continue;
         const auto [i, a, b] = t.corners;
-        if (sides.join(i, a, t.a_opposite) && sides.join(i, b, t.b_opposite)) unoriented.push_back(t.corners);
+        if (sides.join(i, a, t.a_opposite) && sides.join(i, b, t.b_opposite))
+          unoriented.push_back(t.corners);
         else
-          vote.candidates.push_back({t.corners, 3, circumradius(points.projected[i], points.projected[a], points.projected[b])});
+          vote.candidates.push_back(
+              {t.corners, 3, circumradius(points.projected[i], points.projected[a], points.projected[b])});
       }
   for (const Piece& piece : pieces) {
     vote.candidates.insert(vote.candidates.end(), piece.candidates.begin(), piece.candidates.end());
@@ -186,7 +191,8 @@ Vote count_votes(const SurfacePoints& points, const std::vector<Star>& stars, do
   vote.normal.assign(points.normal.begin(), points.normal.end());
   for (std::size_t row = 0; row < n; ++row)
     if (turn[row]) vote.normal[row] = -vote.normal[row];
-  // A star runs counter-clockwise about the normal as given; a corner whose normal was turned sees its triangles turned.
+  // A star runs counter-clockwise about the normal as given; a corner whose normal was turned sees its triangles
+  // turned.
   for (const Triangle& t : unoriented) vote.confirmed.push_back(oriented(t, turn[t[0]]));
   std::sort(vote.confirmed.begin(), vote.confirmed.end());
   for (Candidate& c : vote.candidates) c.corners = oriented(c.corners, turn[c.corners[0]]);

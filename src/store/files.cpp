@@ -125,8 +125,10 @@ class AtomicSink final : public ByteSink {
 };
 
 FileStamp stamp_from(const struct stat& status) {
-  return {static_cast<std::uint64_t>(status.st_size),
-          static_cast<std::int64_t>(status.st_mtim.tv_sec) * 1000000000 + status.st_mtim.tv_nsec,
+  // Times are what their owner set them to: nanoseconds fit 64 bits from 1690 to 2250, anything else counts as the end.
+  constexpr std::int64_t kLastSecond = 280LL * 365 * 86400;
+  const std::int64_t second = std::clamp<std::int64_t>(status.st_mtim.tv_sec, -kLastSecond, kLastSecond);
+  return {static_cast<std::uint64_t>(status.st_size), second * 1000000000 + status.st_mtim.tv_nsec,
           static_cast<std::uint64_t>(status.st_ino)};
 }
 
@@ -157,6 +159,12 @@ Result<std::unique_ptr<ByteSink>> create_file(const std::string& path) {
   const int descriptor = ::open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
   if (descriptor < 0) return system_failure(errno, "create", path);
   return std::unique_ptr<ByteSink>(std::make_unique<AtomicSink>(descriptor, path, temporary));
+}
+
+Result<void> write_text(const std::string& path, std::string_view text) {
+  TRY_ASSIGN(const auto sink, create_file(path));
+  TRY(sink->write(text));
+  return sink->commit();
 }
 
 Result<FileStamp> stamp_of(const std::string& path) {

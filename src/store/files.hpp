@@ -28,6 +28,10 @@ struct FileStamp {
 };
 Result<FileStamp> stamp_of(const std::string& path);
 
+/// Writes a small file in one step.
+/// errors  NoSpace, IoFailed naming it
+Result<void> write_text(const std::string& path, std::string_view text);
+
 /// All regular files below `root` (links followed, never out of `root`), relative paths with '/', in byte order; hidden
 /// ("." first) and "~" (last) files and folders are left out.
 Result<std::vector<std::string>> list_files(const std::string& root);
@@ -44,7 +48,5 @@ Result<void> replace_folder(const std::string& from, const std::string& to);
 /// Makes what was written or renamed below a name durable (fsync).
 Result<void> sync_file(const std::string& path);
 Result<void> sync_folder(const std::string& path);
-/// Free bytes where `path` is (or would be).
-Result<std::uint64_t> free_bytes(const std::string& path);
 
 }  // namespace scanmill::store

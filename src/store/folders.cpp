@@ -3,7 +3,6 @@
 #include <fcntl.h>
 #include <stdio.h>  // renameat2
 #include <sys/stat.h>
-#include <sys/statvfs.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -177,15 +176,6 @@ Result<void> replace_folder(const std::string& from_path, const std::string& to_
   if (parent_of(from) != parent_of(to)) TRY(sync_folder(parent_of(from)));
   if (swapped) TRY(remove_tree(from));
   return {};
-}
-
-Result<std::uint64_t> free_bytes(const std::string& path) {
-  fs::path at = fs::absolute(path);
-  std::error_code error;
-  while (!fs::exists(at, error) && at.has_relative_path()) at = at.parent_path();
-  struct statvfs status {};
-  if (::statvfs(at.c_str(), &status) != 0) return system_failure(errno, "ask for the free space", at.string());
-  return static_cast<std::uint64_t>(status.f_bavail) * status.f_frsize;
 }
 
 }  // namespace scanmill::store

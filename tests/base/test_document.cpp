@@ -60,6 +60,35 @@ TEST(CanonicalJson, SortsKeysAndKeepsNumbersShort) {
   EXPECT_EQ(document::to_canonical_json(*tree), R"({"a":[0.1,1e+20,true,null],"b":1})");
 }
 
+TEST(ParseJson, RefusesWhatYamlRefuses) {
+  auto refused = [](const std::string& text, const std::string& words) {
+    const auto tree = document::parse_json(text, "x.json");
+    ASSERT_FALSE(tree.ok());
+    EXPECT_EQ(tree.error().where, "x.json");
+    EXPECT_NE(tree.error().message.find(words), std::string::npos) << tree.error().message;
+  };
+  refused(std::string(200000, '['), "deeper than 64");
+  refused(R"({"a": 1, "b": 2, "a": 3})", "'a' stands twice");
+  refused(R"({"a": 1,})", "not readable as JSON");
+  refused("", "not readable as JSON");
+}
+
+TEST(ParseJson, KeepsOrderNestingAndWholeNumbers) {
+  const std::string text = R"({"z":[1,[],{}],"a":{"b":-9007199254740993,"c":"x"},"m":null})";
+  const auto tree = document::parse_json(text, "x");
+  ASSERT_TRUE(tree.ok()) << tree.error().text();
+  EXPECT_EQ(document::to_json(*tree), text);
+}
+
+TEST(ParseYaml, KeepsWholeNumbersThatNoDoubleHolds) {
+  const auto tree = document::parse_yaml("a: 123456789012345678\nb: -9007199254740993\nc: +7\nd: +-7\n", "x");
+  ASSERT_TRUE(tree.ok()) << tree.error().text();
+  EXPECT_EQ(tree->find("a")->as_integer(), 123456789012345678);
+  EXPECT_EQ(tree->find("b")->as_integer(), -9007199254740993);
+  EXPECT_EQ(tree->find("c")->as_integer(), 7);
+  EXPECT_TRUE(tree->find("d")->is_string());
+}
+
 TEST(ParseSize, KnowsBinaryUnits) {
   EXPECT_EQ(parse_size("512M"), 512ull << 20);
   EXPECT_EQ(parse_size("1.5GiB"), 3ull << 29);

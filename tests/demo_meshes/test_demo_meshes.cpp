@@ -17,9 +17,11 @@ namespace {
 constexpr double kSigma = 0.025;  // of the demo plans' sensor, mm
 constexpr std::size_t kSamples = 60000;
 
-double point_triangle(Vec3 p, Vec3 a, Vec3 b, Vec3 c) {  // by regions of the plane (Ericson, Real-Time Collision Detection, 5.1.5)
+double point_triangle(Vec3 p, Vec3 a, Vec3 b,
+                      Vec3 c) {  // by regions of the plane (Ericson, Real-Time Collision Detection, 5.1.5)
   const Vec3 ab = b - a, ac = c - a, ap = p - a, bp = p - b, cp = p - c;
-  const double d1 = dot(ab, ap), d2 = dot(ac, ap), d3 = dot(ab, bp), d4 = dot(ac, bp), d5 = dot(ab, cp), d6 = dot(ac, cp);
+  const double d1 = dot(ab, ap), d2 = dot(ac, ap), d3 = dot(ab, bp), d4 = dot(ac, bp), d5 = dot(ab, cp),
+               d6 = dot(ac, cp);
   if (d1 <= 0 && d2 <= 0) return norm(ap);
   if (d3 >= 0 && d4 <= d3) return norm(bp);
   if (d6 >= 0 && d5 <= d6) return norm(cp);
@@ -53,7 +55,8 @@ class NearestTriangle {
           if (found == cells_.end()) continue;
           for (const std::uint32_t t : found->second) {
             const Triangle& k = mesh_.triangles[t];
-            best = std::min(best, point_triangle(p, mesh_.positions[k[0]], mesh_.positions[k[1]], mesh_.positions[k[2]]));
+            best =
+                std::min(best, point_triangle(p, mesh_.positions[k[0]], mesh_.positions[k[1]], mesh_.positions[k[2]]));
           }
         }
     return best;
@@ -61,7 +64,8 @@ class NearestTriangle {
 
  private:
   std::array<int, 3> cell_of(Vec3 p) const {
-    return {static_cast<int>(std::floor(p.x / cell_)), static_cast<int>(std::floor(p.y / cell_)), static_cast<int>(std::floor(p.z / cell_))};
+    return {static_cast<int>(std::floor(p.x / cell_)), static_cast<int>(std::floor(p.y / cell_)),
+            static_cast<int>(std::floor(p.z / cell_))};
   }
   const Mesh& mesh_;
   double cell_;
@@ -71,14 +75,16 @@ class NearestTriangle {
 std::vector<Vec3> samples_of(const Mesh& mesh) {
   std::vector<double> area(1, 0);
   for (const Triangle& t : mesh.triangles)
-    area.push_back(area.back() + norm(cross(mesh.positions[t[1]] - mesh.positions[t[0]], mesh.positions[t[2]] - mesh.positions[t[0]])));
+    area.push_back(area.back() + norm(cross(mesh.positions[t[1]] - mesh.positions[t[0]],
+                                            mesh.positions[t[2]] - mesh.positions[t[0]])));
   Random random(1, 2, 3);
   std::vector<Vec3> samples;
   for (std::size_t i = 0; i < kSamples; ++i) {
     const auto at = std::upper_bound(area.begin(), area.end(), random.uniform() * area.back()) - area.begin() - 1;
     const Triangle& t = mesh.triangles[std::min(static_cast<std::size_t>(at), mesh.triangles.size() - 1)];
     const double r = std::sqrt(random.uniform()), s = random.uniform();
-    samples.push_back(mesh.positions[t[0]] * (1 - r) + mesh.positions[t[1]] * (r * (1 - s)) + mesh.positions[t[2]] * (r * s));
+    samples.push_back(mesh.positions[t[0]] * (1 - r) + mesh.positions[t[1]] * (r * (1 - s)) +
+                      mesh.positions[t[2]] * (r * s));
   }
   return samples;
 }
@@ -95,7 +101,6 @@ Fit fit_of(std::vector<double> distance) {
   return fit;
 }
 
-
 class DemoMesh : public testing::TestWithParam<const char*> {};
 
 TEST_P(DemoMesh, FitsTheSolidAndIsOpenAtTheUnseenBottomOnly) {
@@ -111,7 +116,8 @@ TEST_P(DemoMesh, FitsTheSolidAndIsOpenAtTheUnseenBottomOnly) {
   const double nominal = sharp ? 2.0 : 1.0;
   for (const pipeline::Profile profile : {pipeline::Profile::Scan, pipeline::Profile::Paper})
     for (const double h : {nominal, nominal / 2}) {
-      SCOPED_TRACE(name + (profile == pipeline::Profile::Scan ? " scan" : " paper") + " at " + std::to_string(h) + " mm");
+      SCOPED_TRACE(name + (profile == pipeline::Profile::Scan ? " scan" : " paper") + " at " + std::to_string(h) +
+                   " mm");
       document::Node tree = document::Node::map();
       tree.set("profile", profile == pipeline::Profile::Scan ? "scan" : "paper");
       tree.set("lattice", document::Node::map()).set("bin_mm", h);
@@ -145,13 +151,15 @@ TEST_P(DemoMesh, FitsTheSolidAndIsOpenAtTheUnseenBottomOnly) {
       EXPECT_LE(to_mesh.rms, rms_limit);
       EXPECT_LE(to_solid.p999, tail_limit);
       EXPECT_LE(to_mesh.p999, tail_limit);
-      std::cout << name << " h " << h << (profile == pipeline::Profile::Scan ? " scan" : " paper") << ": mesh to solid rms "
-                << to_solid.rms / h << " h, p99.9 " << to_solid.p999 / h << " h; solid to mesh rms " << to_mesh.rms / h
-                << " h, p99.9 " << to_mesh.p999 / h << " h; open edges " << counts.boundary_edges << "\n";
+      std::cout << name << " h " << h << (profile == pipeline::Profile::Scan ? " scan" : " paper")
+                << ": mesh to solid rms " << to_solid.rms / h << " h, p99.9 " << to_solid.p999 / h
+                << " h; solid to mesh rms " << to_mesh.rms / h << " h, p99.9 " << to_mesh.p999 / h << " h; open edges "
+                << counts.boundary_edges << "\n";
     }
 }
 
-INSTANTIATE_TEST_SUITE_P(Solids, DemoMesh, testing::Values("figurine", "handset"), [](const auto& test) { return std::string(test.param); });
+INSTANTIATE_TEST_SUITE_P(Solids, DemoMesh, testing::Values("figurine", "handset"),
+                         [](const auto& test) { return std::string(test.param); });
 
 }  // namespace
 }  // namespace scanmill

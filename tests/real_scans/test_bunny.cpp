@@ -47,8 +47,10 @@ TEST_P(Bunny, BecomesOneSoundMesh) {
   EXPECT_EQ(counts.components, 1u);
   EXPECT_GT(signed_volume(surface->mesh), 0);
   for (const Triangle& t : surface->mesh.triangles)
-    EXPECT_TRUE(within_range(surface->mesh.positions[t[0]], surface->mesh.positions[t[1]], surface->mesh.positions[t[2]], 2.5 * h));
-  const double used = static_cast<double>(surface->kept_used + surface->kept_in_strays) / static_cast<double>(reduced->report.kept);
+    EXPECT_TRUE(within_range(surface->mesh.positions[t[0]], surface->mesh.positions[t[1]],
+                             surface->mesh.positions[t[2]], 2.5 * h));
+  const double used =
+      static_cast<double>(surface->kept_used + surface->kept_in_strays) / static_cast<double>(reduced->report.kept);
   std::cout << "bunny " << h << " mm: " << counts.triangles << " triangles, " << counts.boundary_loops << " loops, "
             << counts.boundary_edges << " open edges, " << used * 100 << " % of kept points used\n";
   EXPECT_GE(used, 0.99);

@@ -91,6 +91,19 @@ TEST(ReduceCloud, RefusesACloudWiderThanItsBinsCanCount) {
   expect_error(run(MemoryPoints({{1e300, 0, 0}}), edge(1)), Code::BadInput, "2^30 bins wide");
 }
 
+TEST(ReduceCloud, RefusesPointsAtTheEndOfDouble) {
+  for (const double far : {1e19, 1e300, 1.7e308}) {
+    expect_error(run(MemoryPoints({{far, 0, 0}, {0, 0, 0}}), edge(1)), Code::BadInput, "2^30 bins wide");
+    expect_error(run(MemoryPoints({{0, -far, 0}, {far, 0, 0}}), edge(1e-3)), Code::BadInput, "2^30 bins wide");
+    LatticeParams bins;
+    bins.target_bins = 100;
+    expect_error(run(MemoryPoints({{-far, 0, 0}, {far, 0, 0}}), bins), Code::BadInput, "mm wide");
+  }
+  LatticeParams bins;
+  bins.target_bins = 100;
+  expect_error(run(MemoryPoints({{0, 0, 0}, {1e-310, 0, 0}}), bins), Code::BadInput, "coincide");
+}
+
 TEST(ReduceCloud, PutsTheFirstBinAtTheLowestCornerWhenAsked) {
   const TestCloud cloud = clouds::sphere(1);
   LatticeParams lattice = edge(1.3);
