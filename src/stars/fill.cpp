@@ -131,6 +131,7 @@ bool fill_around_point(Site& site, const Loop& loop, Report& report) {
         site.complex.revive(c);
         ++report.points_revived;
       }
+      site.turned_normals.push_back({c, before});
       ++report.loops_filled;
       report.triangles_filled += list.size();
       return true;

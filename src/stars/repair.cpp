@@ -125,6 +125,7 @@ bool repair_loop(Site& site, const Loop& loop, int level, Report& report, std::v
   zone.erase(std::unique(zone.begin(), zone.end()), zone.end());
   std::vector<std::uint32_t> ring = zone, more;
   site.complex.begin();
+  site.turned_normals.clear();
   for (const std::uint32_t t : doubtful(site, zone, level)) {
     for (const std::uint32_t v : site.complex.triangle(t)) more.push_back(v);
     site.complex.remove(t);
@@ -172,6 +173,8 @@ bool repair_loop(Site& site, const Loop& loop, int level, Report& report, std::v
     return true;
   }
   site.complex.undo();
+  for (auto turned = site.turned_normals.rbegin(); turned != site.turned_normals.rend(); ++turned)
+    site.normal[turned->first] = turned->second;
   for (const auto& [v, n] : old_normals) site.normal[v] = n;
   return false;
 }

@@ -2,6 +2,7 @@
 // Where completion works: the complex with the geometry around it, and the tests every insertion must pass.
 // Internal to `stars`.
 #pragma once
+#include <utility>
 #include <vector>
 
 #include "geom/predicates.hpp"
@@ -19,6 +20,8 @@ class Site {
 
   Complex complex;
   std::vector<Vec3> normal;  // per vertex; repairs renew some
+  /// Old values of normals that a fill turned, newest last; a repair that is undone puts them back.
+  std::vector<std::pair<std::uint32_t, Vec3>> turned_normals;
   double fill_fold = -0.8;   // least normal product over an edge of a fill; late repairs allow sharper creases
   const SurfacePoints& points;
 
