@@ -9,7 +9,7 @@ std::span<const Field> SeedParams::fields() {
       field<P, &P::spacing_bins>("spacing_bins", "", "Least distance between automatic seeds, in bin edges.", {1, 1e9}),
       field<P, &P::cover>("cover", "",
                           "true: components that no seed reaches become patches of their own; false: only what the "
-                          "seeds reach is kept."),
+                          "seeds reach is kept (option: --cover=false)."),
   };
   return kTable;
 }
