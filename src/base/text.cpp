@@ -61,7 +61,7 @@ std::optional<std::uint64_t> parse_size(std::string_view text) {
 
 std::string_view nearest_name(std::string_view word, std::span<const std::string_view> candidates) {
   std::string_view best;
-  std::size_t best_distance = word.size() / 2 + 1;
+  std::size_t best_distance = word.size() < 4 ? 2 : (word.size() - 1) / 2 + 1;  // more changes make another word
   for (const std::string_view candidate : candidates) {
     std::vector<std::size_t> row(candidate.size() + 1);
     for (std::size_t j = 0; j < row.size(); ++j) row[j] = j;
@@ -79,6 +79,9 @@ std::string_view nearest_name(std::string_view word, std::span<const std::string
       best = candidate;
     }
   }
+  if (!best.empty() || word.empty()) return best;
+  for (const std::string_view candidate : candidates)  // a word that was cut short
+    if (candidate.starts_with(word)) return candidate;
   return best;
 }
 

@@ -20,7 +20,8 @@ std::string bytes_text(std::uint64_t bytes);
 std::optional<std::uint64_t> parse_size(std::string_view text);
 /// Whole text as a number; nothing otherwise. Accepts one leading '+'.
 std::optional<double> parse_number(std::string_view text);
-/// The candidate with the least edit distance (at most half the word's length), or empty.
+/// The candidate with the least edit distance (less than half the word), else the first that begins
+/// with the word, else empty.
 std::string_view nearest_name(std::string_view word, std::span<const std::string_view> candidates);
 /// What stands between blanks, tabs and carriage returns; views into `line`.
 std::vector<std::string_view> words_of(std::string_view line);

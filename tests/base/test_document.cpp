@@ -100,6 +100,8 @@ TEST(ParseSize, KnowsBinaryUnits) {
 TEST(NearestName, FindsTheMisspeltKey) {
   constexpr std::string_view kKeys[] = {"bin_mm", "origin", "target_points"};
   EXPECT_EQ(nearest_name("bin_m", kKeys), "bin_mm");
+  EXPECT_EQ(nearest_name("bin", kKeys), "bin_mm");  // cut short
+  EXPECT_EQ(nearest_name("lode", kKeys), "");
   EXPECT_EQ(nearest_name("xyzzy", kKeys), "");
 }
 
