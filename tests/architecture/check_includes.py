@@ -14,8 +14,8 @@ LAYERS = [
     ["base", "document"],
     ["geom"],
     ["cloud", "mesh", "lattice"],
-    ["plan", "simulate", "reduce", "stars", "grow", "front", "merge"],
-    ["formats", "export", "provenance", "store"],
+    ["plan", "simulate", "clean", "reduce", "stars", "grow", "front", "merge", "optimise", "verify"],
+    ["formats", "export", "render", "report", "provenance", "store"],
     ["pipeline"],
     ["runner"],
     ["cli"],
@@ -26,6 +26,8 @@ WITHIN_LAYER = {("document", "base")}
 ONLY = {
     "formats": {0, 1, 2},
     "export": {0, 1, 2},
+    "render": {0, 1, 2},
+    "report": {0, 1, 2},
     "provenance": {0, 1, 2},
     "store": {0, 1, 2},
 }
