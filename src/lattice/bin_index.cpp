@@ -21,6 +21,9 @@ static_assert(Leaf::DIM == 8);
 constexpr std::size_t leaf_offset(const LocalBin& bin) {
   return static_cast<std::size_t>(((bin[0] & 7) << 6) | ((bin[1] & 7) << 3) | (bin[2] & 7));
 }
+bool same_leaf(const LocalBin& a, const LocalBin& b) {
+  return (((a[0] ^ b[0]) | (a[1] ^ b[1]) | (a[2] ^ b[2])) & ~7) == 0;
+}
 Coord leaf_origin(const LocalBin& bin) { return {bin[0] & ~7, bin[1] & ~7, bin[2] & ~7}; }
 
 /// Offsets of a leaf's 512 voxels along the Z-order curve (k most significant).
@@ -47,6 +50,23 @@ struct BinTree::Impl {
   Tree tree{kNoSlot};
   openvdb::tree::ValueAccessor<Tree> accessor{tree};
   std::int32_t next = 0;
+  // Leaves met lately, each at the place its coordinates tell: the next line of a scan crosses the same ones.
+  struct Met {
+    Leaf* leaf = nullptr;
+    std::int32_t* values = nullptr;
+    LocalBin bin{};
+  };
+  std::array<Met, 512> met;
+
+  const Met& leaf_of(const LocalBin& bin) {
+    const int at = (bin[0] >> 3 & 7) << 6 | (bin[1] >> 3 & 7) << 3 | (bin[2] >> 3 & 7);
+    Met& found = met[static_cast<std::size_t>(at)];
+    if (found.leaf == nullptr || !same_leaf(bin, found.bin)) {
+      Leaf* leaf = accessor.touchLeaf(leaf_origin(bin));
+      found = {leaf, leaf->buffer().data(), bin};
+    }
+    return found;
+  }
 };
 
 BinTree::BinTree() : impl_(new Impl) {}
@@ -55,23 +75,28 @@ BinTree::BinTree(BinTree&&) noexcept = default;
 BinTree& BinTree::operator=(BinTree&&) noexcept = default;
 
 void BinTree::slots_of(std::span<const LocalBin> bins, std::span<std::int32_t> slots) {
-  Leaf* leaf = nullptr;
-  std::int32_t* values = nullptr;
-  LocalBin at{};
-  for (std::size_t n = 0; n < bins.size(); ++n) {
-    const LocalBin& bin = bins[n];
-    if (leaf == nullptr || (((bin[0] ^ at[0]) | (bin[1] ^ at[1]) | (bin[2] ^ at[2])) & ~7) != 0) {
-      leaf = impl_->accessor.touchLeaf(leaf_origin(bin));
-      values = leaf->buffer().data();
-      at = bin;
+  // First where the slots stand, asking the memory for them, then what they hold: a line of scanned points crosses a
+  // leaf every few bins, and leaves are rarely in the first cache.
+  constexpr std::size_t kAtOnce = 64;
+  std::array<std::int32_t*, kAtOnce> at;
+  std::array<Leaf*, kAtOnce> leaves;
+  for (std::size_t first = 0; first < bins.size(); first += kAtOnce) {
+    const std::size_t count = std::min(kAtOnce, bins.size() - first);
+    for (std::size_t n = 0; n < count; ++n) {
+      const LocalBin& bin = bins[first + n];
+      const Impl::Met& met = impl_->leaf_of(bin);
+      leaves[n] = met.leaf;
+      at[n] = met.values + leaf_offset(bin);
+      __builtin_prefetch(at[n]);
     }
-    const auto offset = static_cast<openvdb::Index>(leaf_offset(bin));
-    std::int32_t slot = values[offset];
-    if (slot == kNoSlot) {
-      slot = impl_->next++;
-      leaf->setValueOn(offset, slot);
+    for (std::size_t n = 0; n < count; ++n) {
+      std::int32_t slot = *at[n];
+      if (slot == kNoSlot) {
+        slot = impl_->next++;
+        leaves[n]->setValueOn(static_cast<openvdb::Index>(leaf_offset(bins[first + n])), slot);
+      }
+      slots[first + n] = slot;
     }
-    slots[n] = slot;
   }
 }
 
@@ -130,13 +155,52 @@ struct BinIndex::Reader::Impl {
     return leaf != nullptr ? leaf->buffer().data() : nullptr;
   }
   void move_to(const LocalBin& bin) {
-    if (filled && (((bin[0] ^ centre[0]) | (bin[1] ^ centre[1]) | (bin[2] ^ centre[2])) & ~7) == 0) return;
+    if (filled && same_leaf(bin, centre)) return;
     const Coord o = leaf_origin(bin);
     for (int n = 0; n < 27; ++n)
       around[static_cast<std::size_t>(n)] =
           leaf_at({o.x() + 8 * (n / 9 - 1), o.y() + 8 * (n / 3 % 3 - 1), o.z() + 8 * (n % 3 - 1)});
     centre = bin;
     filled = true;
+    padded_filled = false;
+  }
+
+  // The leaf of `centre` with the two bins around it, k running fastest: windows up to radius 2 without a question.
+  static constexpr int kPad = 2, kSide = 8 + 2 * kPad;
+  std::array<std::int32_t, kSide * kSide * kSide> padded;
+  bool padded_filled = false;
+
+  void fill_padded() {
+    if (padded_filled) return;
+    std::int32_t* out = padded.data();
+    for (int x = -kPad; x < 8 + kPad; ++x)
+      for (int y = -kPad; y < 8 + kPad; ++y, out += kSide) {
+        const std::int32_t* const* row = &around[static_cast<std::size_t>(((x >> 3) + 1) * 9 + ((y >> 3) + 1) * 3)];
+        const int offset = (x & 7) << 6 | (y & 7) << 3;
+        std::fill(out, out + kSide, kNoSlot);
+        if (row[0] != nullptr) std::copy_n(row[0] + offset + 8 - kPad, kPad, out);
+        if (row[1] != nullptr) std::copy_n(row[1] + offset, 8, out + kPad);
+        if (row[2] != nullptr) std::copy_n(row[2] + offset, kPad, out + kPad + 8);
+      }
+    padded_filled = true;
+  }
+  /// put(position, row, dx, dy, dz) writes the entry at a position, which holds when the bin is occupied: no branch, as
+  /// nobody can guess which bins are. Returns the number of entries.
+  template <int radius, class Put>
+  std::size_t visit_near(const LocalBin& bin, Put put) {
+    move_to(bin);
+    fill_padded();
+    const int x = (bin[0] & 7) + kPad, y = (bin[1] & 7) + kPad, z = (bin[2] & 7) + kPad;
+    const std::int32_t* middle = padded.data() + (x * kSide + y) * kSide + z;
+    std::size_t count = 0;
+    for (int dx = -radius; dx <= radius; ++dx)
+      for (int dy = -radius; dy <= radius; ++dy)
+        for (int dz = -radius; dz <= radius; ++dz) {
+          const std::int32_t slot = middle[(dx * kSide + dy) * kSide + dz];
+          put(count, slot, dx, dy, dz);
+          count += slot != kNoSlot ? 1 : 0;
+        }
+    return count;
   }
   template <class Body>
   void visit_box(const LocalBin& low, const LocalBin& high, Body body) {
@@ -190,7 +254,7 @@ void BinIndex::Reader::rows_of(std::span<const LocalBin> bins, std::span<std::in
   bool known = false;
   for (std::size_t n = 0; n < bins.size(); ++n) {
     const LocalBin& bin = bins[n];
-    if (!known || (((bin[0] ^ at[0]) | (bin[1] ^ at[1]) | (bin[2] ^ at[2])) & ~7) != 0) {
+    if (!known || !same_leaf(bin, at)) {
       values = impl_->leaf_at(leaf_origin(bin));
       at = bin;
       known = true;
@@ -199,14 +263,49 @@ void BinIndex::Reader::rows_of(std::span<const LocalBin> bins, std::span<std::in
   }
 }
 
+namespace {
+
+/// Entries appended to `out`, which has room for a whole window meanwhile.
+template <class Entry, class Near, class Far>
+void append_window(int radius, std::vector<Entry>& out, Near near, Far far) {
+  if (radius > 2) return far();
+  const std::size_t before = out.size();
+  out.resize(before + (radius == 2 ? 125 : 27));
+  out.resize(before + near(out.data() + before));
+}
+
+}  // namespace
+
 void BinIndex::Reader::window(const LocalBin& centre, int radius, std::vector<std::int32_t>& rows) {
-  impl_->visit(centre, radius, [&](std::int32_t row, int, int, int) { rows.push_back(row); });
+  append_window(
+      radius, rows,
+      [&](std::int32_t* out) {
+        const auto put = [out](std::size_t n, std::int32_t row, int, int, int) { out[n] = row; };
+        return radius == 2   ? impl_->visit_near<2>(centre, put)
+               : radius == 1 ? impl_->visit_near<1>(centre, put)
+                             : impl_->visit_near<0>(centre, put);
+      },
+      [&] { impl_->visit(centre, radius, [&](std::int32_t row, int, int, int) { rows.push_back(row); }); });
 }
 
 void BinIndex::Reader::window(const LocalBin& centre, int radius, std::vector<Neighbour>& out) {
-  impl_->visit(centre, radius, [&](std::int32_t row, int dx, int dy, int dz) {
-    out.push_back({row, static_cast<std::int8_t>(dx), static_cast<std::int8_t>(dy), static_cast<std::int8_t>(dz)});
-  });
+  auto entry = [](std::int32_t row, int dx, int dy, int dz) {
+    return Neighbour{row, static_cast<std::int8_t>(dx), static_cast<std::int8_t>(dy), static_cast<std::int8_t>(dz)};
+  };
+  append_window(
+      radius, out,
+      [&](Neighbour* at) {
+        const auto put = [&](std::size_t n, std::int32_t row, int dx, int dy, int dz) {
+          at[n] = entry(row, dx, dy, dz);
+        };
+        return radius == 2   ? impl_->visit_near<2>(centre, put)
+               : radius == 1 ? impl_->visit_near<1>(centre, put)
+                             : impl_->visit_near<0>(centre, put);
+      },
+      [&] {
+        impl_->visit(centre, radius,
+                     [&](std::int32_t row, int dx, int dy, int dz) { out.push_back(entry(row, dx, dy, dz)); });
+      });
 }
 
 void BinIndex::Reader::box(const LocalBin& low, const LocalBin& high, std::vector<std::int32_t>& rows) {

@@ -65,7 +65,7 @@ void add_notes(const MeshedSurface& surface, const reduce::Report& report, const
 }  // namespace
 
 std::vector<std::pair<std::string, std::string>> stage_versions() {
-  return {{"read", "1"},  {"reduce", "1"}, {"stars", "1"},  {"front", "1"},
+  return {{"read", "1"},  {"reduce", "2"}, {"stars", "1"},  {"front", "1"},
           {"merge", "1"}, {"grow", "1"},   {"export", "1"}, {"record", "1"}};
 }
 

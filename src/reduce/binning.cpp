@@ -75,14 +75,6 @@ void merge(ReadCounts& into, const ReadCounts& from) {
   into.bounds.add(from.bounds);
 }
 
-/// Places of the points of a tile; small enough to stay in the first cache.
-struct Placed {
-  static constexpr std::size_t kTile = 512;
-  std::array<LocalBin, kTile> bins;
-  std::array<Vec3, kTile> inside, steps;
-  std::array<std::int32_t, kTile> slots;
-};
-
 /// One check per block, before any conversion: all points of a box fit when its corners do.
 Result<void> check_fit(const LocalFrame& frame, const PointBlock& block, Bounds& bounds) {
   const Bounds box = box_of(block.positions);
@@ -94,16 +86,18 @@ Result<void> check_fit(const LocalFrame& frame, const PointBlock& block, Bounds&
   return {};
 }
 
-/// body(first, count) for the tiles of a block, their places filled in.
+/// body(first) for the tiles of a block, placed and cut into runs; `first` is the tile's first point in the block.
 template <class Body>
 void over_tiles(const LocalFrame& frame, const PointBlock& block, Placed& placed, Body body) {
   for (std::size_t first = 0; first < block.positions.size(); first += Placed::kTile) {
     const std::size_t count = std::min(Placed::kTile, block.positions.size() - first);
-    place(frame.lattice, frame.base, std::span(block.positions).subspan(first, count), placed.bins.data(), placed.inside.data(),
-          placed.steps.data());
-    body(first, count);
+    place(frame.lattice, frame.base, std::span(block.positions).subspan(first, count), placed);
+    body(first);
   }
 }
+
+std::span<const LocalBin> run_bins(const Placed& placed) { return std::span(placed.bins).first(placed.runs); }
+std::span<std::int32_t> run_slots(Placed& placed) { return std::span(placed.slots).first(placed.runs); }
 
 /// Two cache lines per bin: its nearest point and its sums.
 struct alignas(64) Cell {
@@ -125,11 +119,21 @@ struct alignas(64) PassOne {
   ReadCounts counts;
 };
 
-void add_direction(Direction& sum, const ViewPoint& view, Vec3 p) {
-  const Vec3 d = view.eye ? unit(*view.eye - p) : *view.direction;
-  sum[0] += floor_to_int(d.x * 0x1p20 + 0.5);
-  sum[1] += floor_to_int(d.y * 0x1p20 + 0.5);
-  sum[2] += floor_to_int(d.z * 0x1p20 + 0.5);
+Direction direction_units(Vec3 d) {
+  return {floor_to_int(d.x * 0x1p20 + 0.5), floor_to_int(d.y * 0x1p20 + 0.5), floor_to_int(d.z * 0x1p20 + 0.5)};
+}
+
+/// The directions towards the sensor of the points of a run.
+void add_directions(Direction& sum, const ViewPoint& view, std::span<const Vec3> points) {
+  if (!view.eye) {
+    const Direction d = direction_units(*view.direction);
+    for (std::size_t k = 0; k < 3; ++k) sum[k] += d[k] * static_cast<std::int64_t>(points.size());
+    return;
+  }
+  for (const Vec3 p : points) {
+    const Direction d = direction_units(unit(*view.eye - p));
+    for (std::size_t k = 0; k < 3; ++k) sum[k] += d[k];
+  }
 }
 
 void keep_better(Cell& cell, const Winner& candidate) {
@@ -141,22 +145,34 @@ void keep_better(Cell& cell, const Winner& candidate) {
 }
 
 void bin_block(const LocalFrame& frame, const PointBlock& block, PassOne& pass) {
+  constexpr std::size_t kAhead = 8;  // runs; a bin's cell is rarely in the first cache when a line comes back to it
   Placed& placed = pass.placed;
   const bool seen = block.view_point.eye.has_value() || block.view_point.direction.has_value();
-  over_tiles(frame, block, placed, [&](std::size_t first, std::size_t count) {
-    pass.tree.slots_of(std::span(placed.bins).first(count), std::span(placed.slots).first(count));
-    const auto slots = static_cast<std::size_t>(pass.tree.size());
-    pass.cells.resize(slots);
-    for (std::size_t i = 0; i < count; ++i) {
-      Cell& cell = pass.cells[static_cast<std::size_t>(placed.slots[i])];
-      const double score = norm2(placed.inside[i]);
-      if (score <= cell.score) keep_better(cell, {score, block.positions[first + i], {block.view, block.rows[first + i]}});
-      cell.sums.add(placed.steps[i]);
+  over_tiles(frame, block, placed, [&](std::size_t first) {
+    pass.tree.slots_of(run_bins(placed), run_slots(placed));
+    pass.cells.resize(static_cast<std::size_t>(pass.tree.size()));
+    Cell* cells = pass.cells.data();
+    auto fetch = [&](std::size_t run) {
+      const char* cell = reinterpret_cast<const char*>(cells + placed.slots[run]);
+      __builtin_prefetch(cell, 1);
+      __builtin_prefetch(cell + 64, 1);
+    };
+    for (std::size_t run = 0; run < std::min(kAhead, placed.runs); ++run) fetch(run);
+    for (std::size_t run = 0; run < placed.runs; ++run) {
+      if (run + kAhead < placed.runs) fetch(run + kAhead);
+      Cell& cell = cells[placed.slots[run]];
+      const std::size_t begin = placed.first[run], end = placed.first[run + 1];
+      for (std::size_t i = begin; i < end; ++i)
+        if (placed.score[i] <= cell.score)
+          keep_better(cell, {placed.score[i], block.positions[first + i], {block.view, block.rows[first + i]}});
+      cell.sums.add(placed, begin, end);
     }
     if (!seen) return;
-    pass.directions.resize(slots);
-    for (std::size_t i = 0; i < count; ++i)
-      add_direction(pass.directions[static_cast<std::size_t>(placed.slots[i])], block.view_point, block.positions[first + i]);
+    pass.directions.resize(pass.cells.size());
+    for (std::size_t run = 0; run < placed.runs; ++run)
+      add_directions(
+          pass.directions[static_cast<std::size_t>(placed.slots[run])], block.view_point,
+          std::span(block.positions).subspan(first + placed.first[run], placed.first[run + 1] - placed.first[run]));
   });
 }
 
@@ -181,17 +197,18 @@ void merge_pass(PassOne& all, const PassOne& part, const BinKey& base) {
 }
 
 Moments moments_of(const Cell& cell, const Direction& direction) {
-  const double* v = cell.sums.value;
+  const WholeSums& v = cell.sums;
   auto whole = [](double value) { return static_cast<std::int64_t>(value); };
-  return {whole(v[0]),
-          {whole(v[1]), whole(v[2]), whole(v[3])},
-          {whole(v[4]), whole(v[5]), whole(v[6]), whole(v[7]), whole(v[8]), whole(v[9])},
+  return {whole(v.count),
+          {whole(v.x), whole(v.y), whole(v.z)},
+          {whole(v.xx), whole(v.xy), whole(v.xz), whole(v.yy), whole(v.yz), whole(v.zz)},
           {direction[0], direction[1], direction[2]}};
 }
 
 Error changed_between_readings() {
-  return fail(Code::BadInput, "an input changed between the first and the second reading; let it be written to its end "
-                              "and run again");
+  return fail(Code::BadInput,
+              "an input changed between the first and the second reading; let it be written to its end "
+              "and run again");
 }
 
 }  // namespace
@@ -207,7 +224,7 @@ bool LocalFrame::bin_of(Vec3 p, LocalBin& bin) const {
   const double u[3] = {(p.x - lattice.origin.x) / h, (p.y - lattice.origin.y) / h, (p.z - lattice.origin.z) / h};
   const std::int64_t from[3] = {base.i, base.j, base.k};
   for (int k = 0; k < 3; ++k) {
-    if (!(std::abs(u[k]) < 0x1p52)) return false;
+    if (!(std::abs(u[k]) < 0x1p51)) return false;
     const double local = static_cast<double>(floor_to_int(u[k]) - from[k]);
     if (!(std::abs(local) < kMaxLocal)) return false;
     bin[static_cast<std::size_t>(k)] = static_cast<std::int32_t>(local);
@@ -237,7 +254,8 @@ Result<Vec3> first_point(const PointSource& points) {
   return fail(Code::BadInput, "no finite point in any file of the scan; nothing to mesh");
 }
 
-Result<BinTotals> bin_points(const PointSource& points, const LocalFrame& frame, ReadCounts& counts, const Context& context) {
+Result<BinTotals> bin_points(const PointSource& points, const LocalFrame& frame, ReadCounts& counts,
+                             const Context& context) {
   std::vector<PassOne> pass(static_cast<std::size_t>(context.loop.threads()));
   TRY(over_blocks(points, context, [&](int worker, const PointBlock& block) -> Result<void> {
     PassOne& mine = pass[static_cast<std::size_t>(worker)];
@@ -263,7 +281,8 @@ Result<BinTotals> bin_points(const PointSource& points, const LocalFrame& frame,
     const auto slot = static_cast<std::size_t>(entry.slot);
     totals.bins.push_back(entry.bin);
     totals.winners.push_back(all.cells[slot].winner());
-    totals.moments.push_back(moments_of(all.cells[slot], slot < all.directions.size() ? all.directions[slot] : Direction{}));
+    totals.moments.push_back(
+        moments_of(all.cells[slot], slot < all.directions.size() ? all.directions[slot] : Direction{}));
   }
   return totals;
 }
@@ -273,9 +292,8 @@ Result<std::uint64_t> count_bins(const PointSource& points, const LocalFrame& fr
   TRY(over_blocks(points, context, [&](int worker, const PointBlock& block) -> Result<void> {
     PassOne& mine = pass[static_cast<std::size_t>(worker)];
     TRY(check_fit(frame, block, mine.counts.bounds));
-    over_tiles(frame, block, mine.placed, [&](std::size_t, std::size_t count) {
-      mine.tree.slots_of(std::span(mine.placed.bins).first(count), std::span(mine.placed.slots).first(count));
-    });
+    over_tiles(frame, block, mine.placed,
+               [&](std::size_t) { mine.tree.slots_of(run_bins(mine.placed), run_slots(mine.placed)); });
     return {};
   }));
   for (std::size_t worker = 1; worker < pass.size(); ++worker) merge_pass(pass.front(), pass[worker], frame.base);
@@ -300,22 +318,24 @@ Result<std::vector<Winner>> pick_against(const PointSource& points, const LocalF
     TRY(check_fit(frame, block, mine.bounds));
     Placed& placed = mine.placed;
     bool known = true;
-    over_tiles(frame, block, placed, [&](std::size_t first, std::size_t count) {
-      mine.reader->rows_of(std::span(placed.bins).first(count), std::span(placed.slots).first(count));
-      for (std::size_t i = 0; i < count; ++i) {
-        if (placed.slots[i] == kNoSlot) {
+    over_tiles(frame, block, placed, [&](std::size_t first) {
+      mine.reader->rows_of(run_bins(placed), run_slots(placed));
+      for (std::size_t run = 0; run < placed.runs; ++run) {
+        if (placed.slots[run] == kNoSlot) {
           known = false;
           continue;
         }
-        const auto row = static_cast<std::size_t>(placed.slots[i]);
-        const Target& target = targets[row];
-        const Vec3 p = block.positions[first + i], d = p - target.foot;
-        const double off = dot(d, target.normal);
-        const double score = target.crease ? -std::abs(off) : norm2(d) + 3 * off * off;
+        const auto row = static_cast<std::size_t>(placed.slots[run]);
+        const Target target = targets[row];
         Winner& winner = mine.winners[row];
-        if (score > winner.score) continue;
-        const Winner candidate{score, p, {block.view, block.rows[first + i]}};
-        if (better(candidate, winner)) winner = candidate;
+        for (std::size_t i = placed.first[run]; i < placed.first[run + 1]; ++i) {
+          const Vec3 p = block.positions[first + i], d = p - target.foot;
+          const double off = dot(d, target.normal);
+          const double score = target.crease ? -std::abs(off) : norm2(d) + 3 * off * off;
+          if (score > winner.score) continue;
+          const Winner candidate{score, p, {block.view, block.rows[first + i]}};
+          if (better(candidate, winner)) winner = candidate;
+        }
       }
     });
     if (!known) return changed_between_readings();

@@ -40,14 +40,16 @@ struct ReadCounts {
 Result<ReadCounts> read_bounds(const PointSource& points, const Context& context);
 /// A first point, for the base of local bins. errors  BadInput when there is none
 Result<Vec3> first_point(const PointSource& points);
-/// Pass 1. Private trees and arrays per worker, merged by bin: minimum and exact sums commute, so any split gives the same.
-Result<BinTotals> bin_points(const PointSource& points, const LocalFrame& frame, ReadCounts& counts, const Context& context);
+/// Pass 1. Private trees and arrays per worker, merged by bin: minimum and exact sums commute, so any split gives the
+/// same.
+Result<BinTotals> bin_points(const PointSource& points, const LocalFrame& frame, ReadCounts& counts,
+                             const Context& context);
 /// Number of occupied bins at a trial edge.
 Result<std::uint64_t> count_bins(const PointSource& points, const LocalFrame& frame, const Context& context);
 
 /// What pass 2 measures a point of a bin against.
 struct Target {
-  Vec3 foot;      // global, mm
+  Vec3 foot;  // global, mm
   Vec3 normal;
   bool crease = false;  // keep the point farthest from the plane through `foot`
 };

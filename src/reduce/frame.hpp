@@ -16,20 +16,28 @@ struct Frames {
   double median_residual = 0;  // of the valid frames, bin edges
 };
 
+/// A bin's moments about its centre, lengths in bin edges; every bin is looked at from 27 or 125 windows.
+struct BinSums {
+  double count, x, y, z, xx, xy, xz, yy, yz, zz;
+  Vec3 direction;  // towards the sensor, summed, any unit
+};
+std::vector<BinSums> in_bin_edges(const std::vector<Moments>& moments, const Context& context);
+
 /// Planes through the weighted moments of the bins around each bin: 3x3x3 with weight exp(-d^2/2) per step and axis
-/// (radius 1), or 5x5x5 with exp(-d^2/4.5) (radius 2). A frame is valid with at least four occupied bins and a trace above
-/// 0.05 h^2. `every` > 1 looks at about one bin in so many, chosen by key, and leaves the other frames invalid.
+/// (radius 1), or 5x5x5 with exp(-d^2/4.5) (radius 2). A frame is valid with at least four occupied bins and a trace
+/// above 0.05 h^2. `every` > 1 looks at about one bin in so many, chosen by key, and leaves the other frames invalid.
 /// cost  0.3 us per bin at radius 1, 1.2 us at radius 2
-Frames frames_of(const ReducedCloud& cloud, const std::vector<Moments>& moments, int radius, std::uint64_t every,
+Frames frames_of(const ReducedCloud& cloud, const std::vector<BinSums>& moments, int radius, std::uint64_t every,
                  const Context& context);
 
 /// Noise of the points about their surface, bin edges. Curvature grows with the window, noise does not: from the median
 /// residuals of the same bins in both windows, about 4,096 chosen by key, the part that does not grow.
-double noise_of(const ReducedCloud& cloud, const std::vector<Moments>& moments, const Context& context);
+double noise_of(const ReducedCloud& cloud, const std::vector<BinSums>& moments, const Context& context);
 
-/// c2: the greedy independent set of the candidates in the order (distance, key); a candidate within c2 h of a kept one in
-/// the 5x5x5 window is dropped. Found by rounds in which a point decides once all better neighbours have: the same set as
-/// the serial greedy walk, for any threads. Points of two sides of a thin wall (signs known, normals opposed) do not compete.
+/// c2: the greedy independent set of the candidates in the order (distance, key); a candidate within c2 h of a kept one
+/// in the 5x5x5 window is dropped. Found by rounds in which a point decides once all better neighbours have: the same
+/// set as the serial greedy walk, for any threads. Points of two sides of a thin wall (signs known, normals opposed) do
+/// not compete.
 void thin(ReducedCloud& cloud, const std::vector<double>& order, double distance_bins, bool on_projected,
           const Context& context);
 

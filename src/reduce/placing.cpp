@@ -3,6 +3,8 @@
 
 #include <emmintrin.h>
 
+#include "base/wide.hpp"
+
 namespace scanmill::reduce {
 namespace {
 
@@ -14,34 +16,72 @@ struct Pairs {
   explicit Pairs(Vec3 v) : pair{_mm_set_pd(v.y, v.x), _mm_set_pd(v.x, v.z), _mm_set_pd(v.z, v.y)} {}
 };
 
-struct Placing {
-  Pairs origin, base;
-  __m128d edge, half = _mm_set1_pd(0.5), one = _mm_set1_pd(1), fine = _mm_set1_pd(1024);
+/// Floor for |u| < 2^51: rounded by the sum with 1.5 2^52, then corrected.
+[[gnu::always_inline]] inline double floor_of(double u) {
+  const double near = (u + 0x1.8p52) - 0x1.8p52;
+  return near > u ? near - 1 : near;
+}
 
-  Placing(const Lattice& lattice, const BinKey& from)
-      : origin(lattice.origin),
-        base({static_cast<double>(from.i), static_cast<double>(from.j), static_cast<double>(from.k)}),
-        edge(_mm_set1_pd(lattice.edge_mm)) {}
-
-  /// Floor of both lanes as doubles; |x| < 2^31. `whole` gets them as integers in its lower half.
-  __m128d floor(__m128d x, __m128i& whole) const {
-    const __m128i cut = _mm_cvttpd_epi32(x);
-    const __m128d value = _mm_cvtepi32_pd(cut);
-    const __m128d above = _mm_cmpgt_pd(value, x);  // cut towards zero: one too high for negative fractions
-    whole = _mm_add_epi32(cut, _mm_shuffle_epi32(_mm_castpd_si128(above), 0x88));
-    return _mm_sub_pd(value, _mm_and_pd(above, one));
+/// One coordinate of all points; p has x, y, z in turn. Where a point lies in its bin comes from the bin's number on the
+/// whole lattice, not from the local one: it must not depend on the base.
+[[gnu::always_inline]] inline void place_axis(const double* p, double origin, double edge, double from,
+                                              std::size_t count, std::int32_t* bin, double* inside,
+                                              std::int32_t* step) {
+  for (std::size_t n = 0; n < count; ++n) {
+    const double u = (p[3 * n] - origin) / edge;
+    const double whole = floor_of(u);
+    const double within = u - whole - 0.5;
+    bin[n] = static_cast<std::int32_t>(whole - from);
+    inside[n] = within;
+    step[n] = static_cast<std::int32_t>(floor_of(within * 1024 + 0.5));
   }
+}
 
-  void pair(const double* at, int k, std::int32_t* bins, double* inside, double* steps) const {
-    const __m128d u = _mm_div_pd(_mm_sub_pd(_mm_loadu_pd(at), origin.pair[k]), edge);
-    const __m128d local = _mm_sub_pd(u, base.pair[k]);  // exact: fewer bits than u
-    __m128i bin, unused;
-    const __m128d within = _mm_sub_pd(_mm_sub_pd(local, floor(local, bin)), half);
-    _mm_storel_epi64(reinterpret_cast<__m128i*>(bins), bin);
-    _mm_storeu_pd(inside, within);
-    _mm_storeu_pd(steps, floor(_mm_add_pd(_mm_mul_pd(within, fine), half), unused));
+[[gnu::always_inline]] inline void place_points(const double* p, const double* origin, const double* from, double edge,
+                                                std::size_t count, Placed& placed) {
+  for (int k = 0; k < 3; ++k)
+    place_axis(p + k, origin[k], edge, from[k], count, &placed.bin[k][0], &placed.inside[k][0], &placed.step[k][0]);
+  const double *x = &placed.inside[0][0], *y = &placed.inside[1][0], *z = &placed.inside[2][0];
+  double* score = &placed.score[0];
+  for (std::size_t n = 0; n < count; ++n) score[n] = x[n] * x[n] + y[n] * y[n] + z[n] * z[n];
+  const std::int32_t *a = &placed.step[0][0], *b = &placed.step[1][0], *c = &placed.step[2][0];
+  std::uint32_t* steps = &placed.steps[0];
+  for (std::size_t n = 0; n < count; ++n) {
+    steps[2 * n] = (static_cast<std::uint32_t>(a[n]) & 0xffffu) | (static_cast<std::uint32_t>(b[n]) << 16);
+    steps[2 * n + 1] = (static_cast<std::uint32_t>(c[n]) & 0xffffu) | 0x10000u;
   }
-};
+}
+
+SCANMILL_WIDE void place_wide(const double* p, const double* origin, const double* from, double edge, std::size_t count,
+                              Placed& placed) {
+  place_points(p, origin, from, edge, count, placed);
+}
+
+void place_narrow(const double* p, const double* origin, const double* from, double edge, std::size_t count,
+                  Placed& placed) {
+  place_points(p, origin, from, edge, count, placed);
+}
+
+void cut_into_runs(std::size_t count, Placed& placed) {
+  const std::int32_t *i = placed.bin[0].data(), *j = placed.bin[1].data(), *k = placed.bin[2].data();
+  std::size_t runs = 0;
+  for (std::size_t n = 0; n < count; ++n) {
+    placed.first[runs] = static_cast<std::uint32_t>(n);
+    placed.bins[runs] = {i[n], j[n], k[n]};
+    const bool starts = n == 0 || ((i[n] ^ i[n - 1]) | (j[n] ^ j[n - 1]) | (k[n] ^ k[n - 1])) != 0;
+    runs += starts ? 1 : 0;  // no branch: where runs end is anybody's guess
+  }
+  placed.first[runs] = static_cast<std::uint32_t>(count);
+  placed.runs = runs;
+}
+
+template <class Body>
+void place_with(Body body, const Lattice& lattice, const BinKey& base, std::span<const Vec3> points, Placed& placed) {
+  const double origin[3] = {lattice.origin.x, lattice.origin.y, lattice.origin.z};
+  const double from[3] = {static_cast<double>(base.i), static_cast<double>(base.j), static_cast<double>(base.k)};
+  if (!points.empty()) body(&points[0].x, origin, from, lattice.edge_mm, points.size(), placed);
+  cut_into_runs(points.size(), placed);
+}
 
 }  // namespace
 
@@ -66,20 +106,51 @@ Bounds box_of(std::span<const Vec3> points) {
   return box;
 }
 
-void place(const Lattice& lattice, const BinKey& base, std::span<const Vec3> points, LocalBin* bins, Vec3* inside, Vec3* steps) {
-  const Placing placing(lattice, base);
-  const std::size_t even = points.size() & ~std::size_t{1};
-  for (std::size_t i = 0; i < even; i += 2)
-    for (int k = 0; k < 3; ++k)
-      placing.pair(&points[i].x + 2 * k, k, bins[i].data() + 2 * k, &inside[i].x + 2 * k, &steps[i].x + 2 * k);
-  if (even == points.size()) return;
-  const Vec3 last[2] = {points[even], points[even]};
-  LocalBin bin[2];
-  Vec3 within[2], fine[2];
-  for (int k = 0; k < 3; ++k) placing.pair(&last[0].x + 2 * k, k, bin[0].data() + 2 * k, &within[0].x + 2 * k, &fine[0].x + 2 * k);
-  bins[even] = bin[0];
-  inside[even] = within[0];
-  steps[even] = fine[0];
+void place(const Lattice& lattice, const BinKey& base, std::span<const Vec3> points, Placed& placed) {
+  place_with(place_wide, lattice, base, points, placed);
+}
+
+void place_plain(const Lattice& lattice, const BinKey& base, std::span<const Vec3> points, Placed& placed) {
+  place_with(place_narrow, lattice, base, points, placed);
+}
+
+/// Two points in one register as x x y y z z 1 1; a product of pairs of int16 then sums over both. A tile's sums stay
+/// below 2^27.
+void WholeSums::add(const Placed& placed, std::size_t begin, std::size_t end) {
+  const std::uint32_t* steps = placed.steps.data();
+  auto load = [&](std::size_t n) { return _mm_loadl_epi64(reinterpret_cast<const __m128i*>(steps + 2 * n)); };
+  const __m128i ones = _mm_set1_epi16(1);
+  __m128i squares = _mm_setzero_si128(), mixed = squares, plain = squares;
+  auto take = [&](__m128i pair) {
+    const __m128i turned = _mm_shuffle_epi32(pair, _MM_SHUFFLE(3, 0, 2, 1));
+    squares = _mm_add_epi32(squares, _mm_madd_epi16(pair, pair));  // xx yy zz n
+    mixed = _mm_add_epi32(mixed, _mm_madd_epi16(pair, turned));    // xy yz zx n
+    plain = _mm_add_epi32(plain, _mm_madd_epi16(pair, ones));      // x y z n
+  };
+  std::size_t n = begin;
+  for (; n + 2 <= end; n += 2) take(_mm_unpacklo_epi16(load(n), load(n + 1)));
+  if (n < end) take(_mm_unpacklo_epi16(load(n), _mm_setzero_si128()));
+  auto low = [](__m128i v) { return _mm_cvtepi32_pd(v); };
+  auto high = [](__m128i v) { return _mm_cvtepi32_pd(_mm_shuffle_epi32(v, 0xee)); };
+  auto sum = [](double* at, __m128d v) { _mm_store_pd(at, _mm_add_pd(_mm_load_pd(at), v)); };
+  sum(&xx, low(squares));
+  sum(&zz, high(squares));
+  sum(&xy, low(mixed));
+  sum(&xz, _mm_unpacklo_pd(high(mixed), high(plain)));
+  sum(&x, low(plain));
+}
+
+void WholeSums::add(const WholeSums& other) {
+  xx += other.xx;
+  yy += other.yy;
+  zz += other.zz;
+  count += other.count;
+  xy += other.xy;
+  yz += other.yz;
+  xz += other.xz;
+  z += other.z;
+  x += other.x;
+  y += other.y;
 }
 
 }  // namespace scanmill::reduce

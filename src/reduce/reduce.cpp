@@ -28,11 +28,11 @@ constexpr double kLeastExtent = 1e-9, kGreatestExtent = 1e12;
 
 std::int64_t round_down(std::int64_t value) { return value & ~std::int64_t{1023}; }
 
-/// `somewhere` may lie anywhere: a base within 2^51 bins of the origin keeps all bin numbers in range, and points that
+/// `somewhere` may lie anywhere: a base within 2^50 bins of the origin keeps all bin numbers in range, and points that
 /// are no 2^30 bins from it are refused when they are placed.
 LocalFrame local_frame(const Lattice& lattice, Vec3 somewhere) {
   auto within = [&](double p, double origin) {
-    const double limit = 0x1p51 * lattice.edge_mm;
+    const double limit = 0x1p50 * lattice.edge_mm;
     return std::clamp(p, origin - limit, origin + limit);
   };
   const BinKey bin = bin_of(lattice, {within(somewhere.x, lattice.origin.x), within(somewhere.y, lattice.origin.y),
@@ -150,7 +150,8 @@ Result<Reduction> reduce_on(const PointSource& points, const Lattice& lattice, V
   cloud.lattice = lattice;
   cloud.base = frame.base;
   fill_arrays(cloud, totals, params);
-  const std::vector<Moments> moments = std::move(totals.moments);
+  const std::vector<BinSums> moments = in_bin_edges(totals.moments, context);
+  totals.moments = {};
   Report& report = out.report;
   report.index_bytes = totals.index_bytes;
   report.record_bytes = totals.cell_bytes;

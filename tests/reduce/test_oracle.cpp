@@ -29,7 +29,8 @@ Frames frames_from(const OracleBins& bins, const ReducedCloud& cloud, int radius
   for (const auto& [key, bin] : bins) moments.push_back(bin.moments);
   const ChunkLoop loop(1);
   const CancelFlag cancel;
-  return frames_of(cloud, moments, radius, 1, {loop, cancel});
+  const Context context{loop, cancel};
+  return frames_of(cloud, in_bin_edges(moments, context), radius, 1, context);
 }
 
 void expect_rows(const OracleBins& bins, const ReducedCloud& cloud) {
