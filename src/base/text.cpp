@@ -115,4 +115,8 @@ bool is_inside(std::string_view path) {
   return true;
 }
 
+std::string counted(std::uint64_t count, std::string_view thing) {
+  return grouped(count) + " " + std::string(thing) + (count == 1 ? "" : "s");
+}
+
 }  // namespace scanmill

@@ -14,6 +14,8 @@ namespace scanmill {
 std::string number_text(double value);
 /// 1234567 as "1,234,567".
 std::string grouped(std::uint64_t value);
+/// "1 scan", "1,234 scans".
+std::string counted(std::uint64_t count, std::string_view thing);
 /// 1536 as "1.5 KiB".
 std::string bytes_text(std::uint64_t bytes);
 /// "512M", "2G", "1.5GiB", "4096": binary units. Nothing when the text is not a size.

@@ -4,12 +4,14 @@
 #include <signal.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdio>
 
 #include "base/text.hpp"
 #include "cli/commands.hpp"
 #include "cli/stage_options.hpp"
 #include "cli/versions.hpp"
+#include "runner/console.hpp"
 #include "runner/job.hpp"
 
 namespace scanmill::cli {
@@ -97,8 +99,11 @@ void add_tool_commands(CLI::App& app, Options& options) {
   schema.add_option("name", options.schema, "job")->required();
 }
 
-int refuse(const std::string& sentence) {
-  std::fprintf(stderr, "scanmill: %s\n", sentence.c_str());
+/// A command line that cannot be followed; `json` before it was parsed, so looked for by hand.
+int refuse(const std::string& sentence, bool json) {
+  runner::ConsoleOptions options;
+  options.json = json;
+  runner::Console(options).complain(fail(Code::BadUsage, "scanmill: " + sentence));
   return runner::kExitUsage;
 }
 
@@ -142,7 +147,8 @@ int dispatch(const CLI::App& app, Options& options) {
   if (name == "run") return run_run(options.common, options.run, g_stop);
   if (name == "check") return run_check(options.common, options.input, options.run.sets);
   if (name == "schema") {
-    if (options.schema != "job") return refuse("schema: found " + options.schema + "; allowed job");
+    if (options.schema != "job")
+      return refuse("schema: found " + options.schema + "; allowed job", options.common.json);
     std::printf("%s\n", document::to_json(runner::job_schema(pipeline::what_schema()), 2).c_str());
     return runner::kExitGood;
   }
@@ -174,6 +180,8 @@ int run(int argc, char** argv) {
     Options options;
     add_job_commands(app, options);
     add_tool_commands(app, options);
+    const bool json =
+        std::any_of(argv + 1, argv + argc, [](const char* word) { return std::string(word) == "--json"; });
     try {
       app.parse(argc, argv);
     } catch (const CLI::CallForHelp& help) {
@@ -182,9 +190,9 @@ int run(int argc, char** argv) {
       return app.exit(shown);
     } catch (const CLI::ParseError& error) {
       const std::string unknown = unknown_word(app);
-      return refuse(unknown.empty() ? std::string(error.what()) + "; scanmill --help shows the use" : unknown);
+      return refuse(unknown.empty() ? std::string(error.what()) + "; scanmill --help shows the use" : unknown, json);
     }
-    if (const std::string unknown = unknown_word(app); !unknown.empty()) return refuse(unknown);
+    if (const std::string unknown = unknown_word(app); !unknown.empty()) return refuse(unknown, json);
     install_handlers();
     return dispatch(app, options);
   } catch (const std::exception& error) {

@@ -127,7 +127,10 @@ class Finder {
       take_plan(*plan, scan);
     else
       scan.broken = plan.error().text();
-    if (!plan.ok() && tree.ok()) claim_files_of_broken_plan(*tree, file);
+    if (!tree.ok())
+      claim_files_in_text(*text, file);
+    else if (!plan.ok())
+      claim_files_of_broken_plan(*tree, file);
     claimed_.insert(file);
     finish_described(std::move(scan));
     return {};
@@ -158,6 +161,14 @@ class Finder {
     for (const document::Node& station : stations->items())
       if (const document::Node* data = station.find("data"); data != nullptr && data->is_string())
         claimed_.insert(plain(folder_of(file) + data->as_string()));
+  }
+
+  /// The same where the plan cannot even be parsed: every file of the archive whose path stands in its text.
+  void claim_files_in_text(const std::string& text, const std::string& file) {
+    const std::string folder = folder_of(file);
+    for (const std::string& other : files_)
+      if (other.starts_with(folder) && other != file && text.find(other.substr(folder.size())) != std::string::npos)
+        claimed_.insert(other);
   }
 
   void finish_described(ScanSpec scan) {

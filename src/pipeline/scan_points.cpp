@@ -207,7 +207,7 @@ std::string implausible_size(const Bounds& bounds, double units_mm, double bin_m
   for (const Unit& unit : kUnits) {
     const double guess = largest / units_mm * unit.mm;
     if (unit.mm == units_mm || guess < std::max(5.0, 20 * bin_mm) || guess > 5000) continue;
-    return sentence.append("; the numbers look like ").append(unit.plural).append(": set units: ").append(unit.word) +
+    return sentence.append("; the numbers look like ").append(unit.plural).append(": set units to ").append(unit.word) +
            (few_bins && !below_1_mm ? " (or choose a smaller lattice.bin_mm)" : "");
   }
   return sentence + "; check units and lattice.bin_mm";

@@ -210,9 +210,15 @@ class Reader {
       if (good) out[i] = node.items()[i].as_number();
     }
     if (good) return true;
-    const std::string what =
-        node.is_sequence() ? std::string("a list of ").append(std::to_string(node.items().size())).append(" values")
-                           : found(node);
+    std::string what = found(node);
+    if (node.is_sequence()) {
+      what = std::string("a list of ").append(std::to_string(node.items().size())).append(" values");
+      for (const Node& item : node.items())
+        if (!item.is_number() || !std::isfinite(item.as_number())) {
+          what.append(", among them ").append(found(item));
+          break;
+        }
+    }
     problem(node.mark, key, what, std::string("a list of ").append(std::to_string(N)).append(" finite numbers"));
     return false;
   }

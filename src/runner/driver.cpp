@@ -16,6 +16,7 @@
 #include "runner/quarantine.hpp"
 #include "runner/run_report.hpp"
 #include "runner/scan_log.hpp"
+#include "runner/scan_messages.hpp"
 #include "runner/scan_state.hpp"
 #include "store/files.hpp"
 
@@ -26,22 +27,6 @@ using document::Node;
 using Clock = std::chrono::steady_clock;
 
 double seconds_since(Clock::time_point begin) { return std::chrono::duration<double>(Clock::now() - begin).count(); }
-
-std::string quoted(const std::string& word) {
-  if (!word.empty() &&
-      word.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-./=,:%+@") ==
-          std::string::npos)
-    return word;
-  std::string text = "'";
-  for (const char c : word) text += c == '\'' ? "'\\''" : std::string(1, c);
-  return text + "'";
-}
-
-std::string joined_lines(const std::vector<std::string>& lines, const char* between) {
-  std::string all;
-  for (const std::string& line : lines) all += (all.empty() ? "" : between) + line;
-  return all;
-}
 
 class Driver {
  public:
@@ -101,7 +86,7 @@ class Driver {
       ScanEntry entry;
       entry.name = scan.task.name;
       entry.notes = scan.task.notes;
-      entry.repeat = repeat_command(scan.task.name);
+      entry.repeat = repeat_command(options_, scan.task.name);
       report_.scans.push_back(std::move(entry));
     }
     if (!options_.dry_run)
@@ -142,13 +127,6 @@ class Driver {
     return refuse(error, kExitInternal);
   }
 
-  std::string repeat_command(const std::string& scan) const {
-    std::string text = "scanmill run " + quoted(options_.job);
-    if (!options_.out.empty()) text += " --out " + quoted(options_.out);
-    for (const std::string& set : options_.sets) text += " --set " + quoted(set);
-    return text + " --only " + quoted(scan);
-  }
-
   void list_vanished() {
     for (const std::string& name : tree_.finished()) {
       if (std::find(selection_.all_names.begin(), selection_.all_names.end(), name) != selection_.all_names.end())
@@ -181,7 +159,7 @@ class Driver {
       report_.scans[i].seconds = seconds_since(begin);
       report_.scans[i].peak_memory = peak_memory();
       console_.end();
-      show(report_.scans[i]);
+      show_scan(report_.scans[i], tree_.root(), options_.explain, options_.dry_run, console_);
       if (!go_on) return kExitInternal;
       if (!options_.dry_run && seconds_since(saved_) > 1)
         if (const int code = save_report(); code != kExitGood) return code;
@@ -205,6 +183,7 @@ class Driver {
       entry.fate = ScanFate::Unchanged;
       entry.counts = state->counts;
       entry.record_identity = state->record_identity;
+      entry.failed_gates = state->failed_gates;
       entry.files = files_of(name);
       return true;
     }
@@ -215,8 +194,11 @@ class Driver {
       return true;
     }
     if (options_.dry_run) return true;
-    if (!scan.task.broken.empty())
-      return failed(fail(Code::BadInput, scan.task.broken), state.has_value(), &*fingerprint, entry);
+    if (!scan.task.broken.empty()) {
+      const Error broken = fail(Code::BadInput, scan.task.broken);
+      if (const auto log = begin_log(scan, entry)) (*log)->line("failed: " + broken.text());
+      return failed(broken, state.has_value(), &*fingerprint, entry);
+    }
     auto made = make(scan, *fingerprint, entry, context);
     if (!made) return failed(made.error(), state.has_value(), &*fingerprint, entry);
     quarantine_.remove(name);
@@ -224,11 +206,20 @@ class Driver {
     return true;
   }
 
+  /// A log that says when, with what and why.
+  Result<std::unique_ptr<ScanLog>> begin_log(const SelectedScan& scan, const ScanEntry& entry) {
+    TRY_ASSIGN(auto log, ScanLog::begin(tree_.log(scan.task.name), console_));
+    log->line("scan " + scan.task.name + ", " + utc_now() + ", scanmill " + options_.version + " on " + report_.host +
+              ", " + std::to_string(report_.threads) + " threads");
+    log->line("why: " + joined_lines(entry.why, "; "));
+    log->line("what: " + document::to_canonical_json(scan.what));
+    return log;
+  }
+
   /// One attempt, from an empty folder to the switch.
   Result<void> make(const SelectedScan& scan, const Fingerprint& fingerprint, ScanEntry& entry,
                     const Context& context) {
-    TRY_ASSIGN(const auto log, ScanLog::begin(tree_.log(scan.task.name), console_));
-    log->line("scan " + scan.task.name + ": " + joined_lines(entry.why, "; "));
+    TRY_ASSIGN(const auto log, begin_log(scan, entry));
     TRY_ASSIGN(const std::string folder, tree_.begin_attempt(scan.task.name));
     auto made = fill(scan, fingerprint, folder, entry, context, *log);
     if (made && stop_.flag.is_set()) made = fail(Code::Cancelled, "stopped before the result was put in place");
@@ -239,7 +230,12 @@ class Driver {
       return made;
     }
     for (const std::string& note : entry.notes) log->line("note: " + note);
-    log->line("done");
+    for (const std::string& gate : entry.failed_gates) log->line("gate failed: " + gate);
+    for (const auto& [stage, seconds] : entry.stage_seconds)
+      log->line("stage " + stage + " took " + seconds_text(seconds));
+    for (const Node::Entry& count : entry.counts.entries())
+      log->line(count.key + " " + document::to_canonical_json(count.value));
+    log->line("done, record " + entry.record_identity + ", " + utc_now());
     entry.files = files_of(scan.task.name);
     return {};
   }
@@ -252,11 +248,12 @@ class Driver {
     entry.counts = outcome->counts;
     entry.record_identity = outcome->record_identity;
     entry.stage_seconds = outcome->stage_seconds;
+    entry.failed_gates = outcome->failed_gates;
     TRY_ASSIGN(const Fingerprint after, work_.fingerprint(scan.number, scan.what));
     if (after.value != fingerprint.value)
       return fail(Code::BadInput, "an input changed while the scan was made; run again when its writer has finished",
                   scan.task.name);
-    ScanState state{fingerprint, scan.what, outcome->counts, outcome->record_identity, {}};
+    ScanState state{fingerprint, scan.what, outcome->counts, outcome->record_identity, outcome->failed_gates, {}};
     return save_state(state, folder);
   }
 
@@ -280,7 +277,10 @@ class Driver {
     entry.fate = error.code == Code::Cancelled ? ScanFate::Interrupted
                  : has_result                  ? ScanFate::Stale
                                                : ScanFate::Failed;
-    if (has_result) entry.files = files_of(entry.name);
+    if (has_result) {
+      entry.files = files_of(entry.name);
+      if (const auto state = load_state(tree_.scan(entry.name))) entry.failed_gates = state->failed_gates;
+    }
     if (error.code == Code::Internal) saw_internal_ = true;
     if (error.code == Code::BadInput && fingerprint && !options_.dry_run)
       quarantine_.add(entry.name, {fingerprint->value, error.text()});
@@ -289,70 +289,22 @@ class Driver {
            !((" " + error.where).find(" " + tree_.root() + "/") != std::string::npos || tree_.is_unwritable());
   }
 
-  void show(const ScanEntry& entry) {
-    Node event = Console::event("scan");
-    event.set("name", entry.name);
-    event.set("state", name_of(entry.fate));
-    event.set("seconds", entry.seconds);
-    Node why = Node::sequence();
-    for (const std::string& reason : entry.why) why.push(reason);
-    event.set("why", std::move(why));
-    Node files = Node::sequence();
-    for (const std::string& file : entry.files) files.push(tree_.root() + "/" + file);
-    event.set("files", std::move(files));
-    if (entry.counts.is_map()) event.set("counts", entry.counts);
-
-    const std::string why_text = entry.why.empty() ? "unchanged" : joined_lines(entry.why, "; ");
-    if (options_.explain || options_.dry_run) {
-      const char* verb = entry.fate == ScanFate::Unchanged || entry.fate == ScanFate::Quarantined ? "skipped"
-                         : options_.dry_run                                                       ? "would run"
-                                                                                                  : "run";
-      Node explain = Console::event("explain");
-      explain.set("name", entry.name);
-      explain.set("verb", verb);
-      explain.set("why", *event.find("why"));
-      console_.result(
-          entry.name + ": " + verb + ": " + (entry.fate == ScanFate::Quarantined ? "quarantined" : why_text), explain);
-    }
-    if (entry.fate != ScanFate::Unchanged)
-      for (const std::string& note : entry.notes) console_.note(entry.name, note);
-    if (entry.fate == ScanFate::Done || entry.fate == ScanFate::Unchanged) {
-      std::string line = entry.name + ": " + name_of(entry.fate);
-      for (const std::string& file : entry.files) line += " | " + tree_.root() + "/" + file;
-      for (const char* count : {"triangles", "boundary_loops"})
-        if (const Node* value = entry.counts.find(count); value && value->is_integer())
-          line += " | " + grouped(static_cast<std::uint64_t>(value->as_integer())) +
-                  (count[0] == 't' ? " triangles" : " open loops");
-      char seconds[32];
-      std::snprintf(seconds, sizeof seconds, " | %.2f s", entry.seconds);
-      console_.result(line + seconds, event);
-    } else if (!entry.error.message.empty()) {
-      Node error = Node::map();
-      error.set("code", scanmill::name_of(entry.error.code));
-      error.set("text", entry.error.text());
-      error.set("repeat", entry.repeat);
-      event.set("error", std::move(error));
-      console_.problem("scan " + entry.name + ": " + name_of(entry.fate) + ": " + entry.error.text() +
-                           (entry.fate == ScanFate::Stale ? " (the last good result is kept)" : "") +
-                           " | again: " + entry.repeat,
-                       event);
-    }
-  }
-
   int save_report() {
     saved_ = Clock::now();
     report_.seconds = seconds_since(began_);
     auto saved = store::write_text(tree_.run_file(), document::to_json(to_document(report_), 1) + "\n");
+    report_.written = report_.written || saved.ok();
     return saved ? kExitGood : refuse(saved.error(), kExitInternal);
   }
 
-  /// The worst code in the order 130/143, 1, 3; state files, run.json, last line.
+  /// The worst code in the order 130/143, 1, 3, 4; state files, run.json, last line.
   int finish(int code) {
     const int signal = stop_.signal.load();
     if (code == kExitGood && saw_internal_) code = kExitInternal;
     const bool bad = report_.count(ScanFate::Failed) + report_.count(ScanFate::Stale) > 0 ||
                      (job_.how.strict && report_.count(ScanFate::Quarantined) > 0);
     if (code == kExitGood && bad) code = kExitScans;
+    if (code == kExitGood && report_.rejected() > 0) code = kExitGate;
     if (signal != 0 && (lock_ || code == kExitGood)) code = 128 + signal;
     report_.ended = utc_now();
     report_.exit_code = code;
@@ -361,6 +313,7 @@ class Driver {
       auto kept = quarantine_.save(tree_.quarantine_file());
       if (kept) kept = store::write_text(tree_.hashes_file(), work_.save_hashes());
       if (kept) kept = store::write_text(tree_.run_file(), document::to_json(to_document(report_), 1) + "\n");
+      report_.written = report_.written || kept.ok();
       if (!kept) {
         console_.complain(kept.error());
         if (code < 128) report_.exit_code = code = kExitInternal;

@@ -14,7 +14,7 @@
 namespace scanmill::runner {
 
 /// Exit codes (README, "Exit codes"); 128 + signal when interrupted.
-inline constexpr int kExitGood = 0, kExitInternal = 1, kExitUsage = 2, kExitScans = 3, kExitBusy = 75;
+inline constexpr int kExitGood = 0, kExitInternal = 1, kExitUsage = 2, kExitScans = 3, kExitGate = 4, kExitBusy = 75;
 
 /// The exit code of a command that failed with this error.
 int exit_code_of(const Error& error);

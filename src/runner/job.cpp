@@ -158,6 +158,7 @@ void read_top(const Node& root, Job& job, const Work& work, Problems& problems) 
     if (among(entry.key, work.what_keys()))
       job.what.entries().push_back(entry);
     else if (entry.key == "archive") {
+      job.archive_mark = value.mark;
       if (value.is_string() && !value.as_string().empty())
         job.archive = value.as_string();
       else if (!value.text.empty())
@@ -205,6 +206,7 @@ Result<Job> job_from(const std::string& text, const std::string& path, std::span
                      const Work& work) {
   TRY_ASSIGN(Node root, document::parse_yaml(text, path));
   Problems problems(path);
+  if (root.mark.line == 0) root.mark = {1, 1};  // an empty file
   if (!root.is_map()) {
     problems.add(root.mark, "", "found " + shown(root) + "; wanted a map of keys that begins with scanmill: 1");
     return problems.error();

@@ -28,6 +28,7 @@ struct Job {
   std::string path;                 // as the user gave it
   std::string text;                 // as written
   std::string archive;              // folder, resolved against the job file's
+  document::Mark archive_mark;      // where the job names it
   std::vector<std::string> scans;   // globs; empty: all
   document::Node what;              // what keys of the top level
   std::vector<Override> overrides;  // in order; later wins

@@ -57,6 +57,10 @@ void check_nesting(const std::vector<SelectedScan>& scans, const std::string& jo
                   "; their results would lie inside each other: rename one, or select one with scans or --only");
 }
 
+std::string archive_place(const Job& job) {
+  return job.archive_mark.line > 0 ? document::place(job.path, job.archive_mark) : job.path;
+}
+
 }  // namespace
 
 Result<Job> load_job(const std::string& path, std::span<const std::string> sets, const Work& work) {
@@ -68,7 +72,7 @@ Result<Job> load_job(const std::string& path, std::span<const std::string> sets,
 Result<Selection> select_scans(const Job& job, std::span<const std::string> only, Work& work) {
   if (!store::is_folder(job.archive))
     return fail(Code::BadParameter, "archive: found no folder " + job.archive + "; make it, or correct the key",
-                job.path);
+                archive_place(job));
   TRY_ASSIGN(Archive archive, work.discover(job.archive, job.what));
   const std::vector<ScanTask>& tasks = archive.scans;
   Selection selection;
@@ -77,7 +81,7 @@ Result<Selection> select_scans(const Job& job, std::span<const std::string> only
   if (tasks.empty())
     return fail(Code::BadParameter,
                 "archive: found no scan in " + job.archive + "; wanted point files, .conf files or scan plans",
-                job.path);
+                archive_place(job));
 
   Lines lines;
   for (const std::string& pattern : job.scans)

@@ -20,6 +20,11 @@ std::uint64_t RunReport::count(ScanFate fate) const {
       std::count_if(scans.begin(), scans.end(), [&](const ScanEntry& entry) { return entry.fate == fate; }));
 }
 
+std::uint64_t RunReport::rejected() const {
+  return static_cast<std::uint64_t>(
+      std::count_if(scans.begin(), scans.end(), [](const ScanEntry& entry) { return !entry.failed_gates.empty(); }));
+}
+
 namespace {
 
 Node texts(const std::vector<std::string>& list) {
@@ -41,6 +46,10 @@ Node to_document(const ScanEntry& entry) {
     node.set("error", std::move(error));
   }
   node.set("notes", texts(entry.notes));
+  if (!entry.failed_gates.empty()) {
+    node.set("rejected", true);
+    node.set("failed_gates", texts(entry.failed_gates));
+  }
   node.set("files", texts(entry.files));
   if (!entry.record_identity.empty()) node.set("record", entry.record_identity);
   if (entry.counts.is_map()) node.set("counts", entry.counts);
@@ -85,11 +94,13 @@ Node to_document(const RunReport& report) {
 
 std::string last_line(const RunReport& report) {
   const auto number = [&](ScanFate fate) { return std::to_string(report.count(fate)); };
-  return std::to_string(in_this_run(report)) + " scans: " + number(ScanFate::Unchanged) + " unchanged, " +
+  const std::uint64_t scans = in_this_run(report);
+  return std::to_string(scans) + (scans == 1 ? " scan: " : " scans: ") + number(ScanFate::Unchanged) + " unchanged, " +
          number(ScanFate::Done) + " done, " +
          std::to_string(report.count(ScanFate::Failed) + report.count(ScanFate::Stale)) + " failed, " +
-         number(ScanFate::Quarantined) + " quarantined | gates: 0 | " + clock_text(report.seconds) + " h | " +
-         report.out + "/run.json | exit " + std::to_string(report.exit_code);
+         number(ScanFate::Quarantined) + " quarantined | gates: " + std::to_string(report.rejected()) + " | " +
+         clock_text(report.seconds) + " h | " + (report.written ? report.out + "/run.json" : "nothing written") +
+         " | exit " + std::to_string(report.exit_code);
 }
 
 Node last_event(const RunReport& report) {
@@ -101,9 +112,9 @@ Node last_event(const RunReport& report) {
   node.set("failed", report.count(ScanFate::Failed) + report.count(ScanFate::Stale));
   node.set("stale", report.count(ScanFate::Stale));
   node.set("quarantined", report.count(ScanFate::Quarantined));
-  node.set("gates", 0);
+  node.set("gates", report.rejected());
   node.set("seconds", report.seconds);
-  node.set("run", report.out + "/run.json");
+  if (report.written) node.set("run", report.out + "/run.json");
   node.set("exit", report.exit_code);
   return node;
 }

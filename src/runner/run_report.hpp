@@ -29,8 +29,9 @@ struct ScanEntry {
   ScanFate fate = ScanFate::Pending;
   std::vector<std::string> why;  // reasons to run; empty when unchanged
   std::vector<std::string> notes;
-  Error error;         // of Failed, Stale, Quarantined, Interrupted
-  std::string repeat;  // the command that repeats this scan alone
+  std::vector<std::string> failed_gates;  // of the result that stands
+  Error error;                            // of Failed, Stale, Quarantined, Interrupted
+  std::string repeat;                     // the command that repeats this scan alone
   double seconds = 0;
   std::vector<std::pair<std::string, double>> stage_seconds;
   std::uint64_t peak_memory = 0;  // of the process when the scan ended
@@ -49,10 +50,12 @@ struct RunReport {
   std::uint64_t memory_cap = 0;
   double seconds = 0;
   int exit_code = -1;              // -1: still running
+  bool written = false;            // run.json is there
   std::vector<std::string> notes;  // of the archive as a whole
   std::vector<ScanEntry> scans;
 
   std::uint64_t count(ScanFate fate) const;
+  std::uint64_t rejected() const;  // results that failed a gate
 };
 
 document::Node to_document(const RunReport& report);

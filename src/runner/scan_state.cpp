@@ -29,6 +29,11 @@ Node to_document(const ScanState& state) {
   tree.set("record", state.record_identity);
   tree.set("what", state.what);
   tree.set("counts", state.counts);
+  if (!state.failed_gates.empty()) {
+    Node gates = Node::sequence();
+    for (const std::string& gate : state.failed_gates) gates.push(gate);
+    tree.set("failed_gates", std::move(gates));
+  }
   Node versions = Node::map();
   for (const auto& [stage, version] : state.fingerprint.versions) versions.set(stage, version);
   tree.set("versions", std::move(versions));
@@ -118,6 +123,9 @@ std::optional<ScanState> load_state(const std::string& folder) {
   state.record_identity = text_of(*tree, "record");
   if (const Node* what = tree->find("what")) state.what = *what;
   if (const Node* counts = tree->find("counts")) state.counts = *counts;
+  if (const Node* gates = tree->find("failed_gates"); gates && gates->is_sequence())
+    for (const Node& gate : gates->items())
+      if (gate.is_string()) state.failed_gates.push_back(gate.as_string());
   if (const Node* versions = tree->find("versions"); versions && versions->is_map())
     for (const Node::Entry& entry : versions->entries())
       state.fingerprint.versions.emplace_back(entry.key, text_of(*versions, entry.key));

@@ -26,6 +26,7 @@ struct ScanState {
   document::Node what;  // resolved
   document::Node counts;
   std::string record_identity;
+  std::vector<std::string> failed_gates;
   std::vector<OutputFile> outputs;
 };
 

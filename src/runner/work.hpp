@@ -45,6 +45,7 @@ struct Fingerprint {
 struct Outcome {
   document::Node counts = document::Node::map();  // name -> number; `triangles` and `boundary_loops` are shown
   std::vector<std::string> notes;
+  std::vector<std::string> failed_gates;  // one sentence each; the files stay, marked as rejected
   std::string record_identity;
   std::vector<std::pair<std::string, double>> stage_seconds;
 };

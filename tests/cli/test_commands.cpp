@@ -98,7 +98,7 @@ TEST_F(Program, RunsAJobAndResumes) {
   EXPECT_NE(seen.out.find("sheet: done | job.out/scans/sheet/mesh.stl | job.out/scans/sheet/record.h5"),
             std::string::npos)
       << seen.out;
-  EXPECT_NE(seen.out.find("1 scans: 0 unchanged, 1 done, 0 failed, 0 quarantined | gates: 0 | 00:00:"),
+  EXPECT_NE(seen.out.find("1 scan: 0 unchanged, 1 done, 0 failed, 0 quarantined | gates: 0 | 00:00:"),
             std::string::npos)
       << seen.out;
   const std::string mesh = text("job.out/scans/sheet/mesh.stl"), record = text("job.out/scans/sheet/record.h5");

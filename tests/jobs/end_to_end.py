@@ -178,7 +178,7 @@ def wrong_units_are_refused_with_a_guess(work):
     with open(f"{work}/m/metres.xyz", "w") as out:
         out.writelines("%.9g %.9g %.9g\n" % tuple(p / 1000) for p in points)
     text = run("run", write_job(f"{work}/job.yaml", "m"), "--out", f"{work}/o", want=3)
-    assert "units: m" in text and "metres" in text, text
+    assert "set units to m" in text and "metres" in text, text
     run("run", write_job(f"{work}/job.yaml", "m", "units: m\nlattice: {bin_mm: 1.5}\n"), "--out", f"{work}/o")
 
 

@@ -162,14 +162,14 @@ TEST(ScanPoints, LaysTheBunnyViewsOverEachOther) {
 TEST(ImplausibleSize, GuessesTheUnit) {
   const Bounds small{{0, 0, 0}, {0.156, 0.152, 0.118}};
   EXPECT_EQ(implausible_size(small, 1, 1),
-            "size 0.16 x 0.15 x 0.12 mm cannot be; the numbers look like metres: set units: m");
+            "size 0.16 x 0.15 x 0.12 mm cannot be; the numbers look like metres: set units to m");
   const Bounds part{{0, 0, 0}, {60, 40, 30}};
   EXPECT_EQ(implausible_size(part, 1, 1), "");
   EXPECT_EQ(implausible_size(part, 1, 0), "");
   EXPECT_NE(implausible_size(part, 1, 20), "");
   const Bounds huge{{0, 0, 0}, {160000, 150000, 120000}};
   EXPECT_EQ(implausible_size(huge, 1000, 1),
-            "size 160000 x 150000 x 120000 mm cannot be; the numbers look like millimetres: set units: mm");
+            "size 160000 x 150000 x 120000 mm cannot be; the numbers look like millimetres: set units to mm");
   EXPECT_EQ(implausible_size({}, 1, 1), "");
   EXPECT_NE(implausible_size({{0, 0, 0}, {0, 0, 0}}, 1, 1).find("check units"), std::string::npos);
 }

@@ -83,6 +83,7 @@ class FakeWork final : public Work {
     spill(folder + "/record.h5", "record of " + text);
     Outcome outcome;
     outcome.counts.set("triangles", 7);
+    if (text == "rough") outcome.failed_gates = {"max_error_mm: found 2, allowed 1"};
     outcome.record_identity = "id-" + text;
     return outcome;
   }

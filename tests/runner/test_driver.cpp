@@ -116,6 +116,49 @@ TEST_F(RunJob, SkipsWhatIsDoneAndRedoesWhatChanged) {
       << seen.out;
 }
 
+TEST_F(RunJob, KeepsTheFilesOfAFailedGateAndEndsWithFour) {
+  scan("a", "rough");
+  scan("b", "two");
+  for (const char* state : {"done", "unchanged"}) {  // a rejected result stays rejected until it is made again
+    const Seen seen = run();
+    EXPECT_EQ(seen.code, kExitGate);
+    EXPECT_NE(seen.last.find("| gates: 1 |"), std::string::npos) << seen.last;
+    EXPECT_NE(seen.err.find("scan a: rejected: max_error_mm: found 2, allowed 1"), std::string::npos) << seen.err;
+    EXPECT_EQ(seen.state("a"), state);
+    const document::Node& entry = seen.report.find("scans")->items()[0];
+    EXPECT_TRUE(entry.find("rejected")->as_bool());
+    EXPECT_TRUE(store::exists(root + "/out/scans/a/mesh.stl"));
+  }
+  scan("c", "bad");
+  EXPECT_EQ(run().code, kExitScans);  // 3 before 4
+  std::filesystem::remove(root + "/archive/c.txt");
+  scan("a", "smooth");
+  EXPECT_EQ(run().code, kExitGood);
+}
+
+TEST_F(RunJob, LogsWhenWithWhatAndWhatCameOut) {
+  scan("a", "one");
+  scan("b", "broken");
+  run();
+  const std::string good = slurp(root + "/out/logs/a.log"), bad = slurp(root + "/out/logs/b.log");
+  for (const char* part :
+       {"scan a, 20", "why: new", "what: {\"lattice\"", "stage reduce, 2 to do", "triangles 7", "done, record id-one"})
+    EXPECT_NE(good.find(part), std::string::npos) << part << " in\n" << good;
+  EXPECT_NE(bad.find("failed: its description is broken"), std::string::npos) << bad;
+}
+
+TEST_F(RunJob, NamesNoReportWhereNoneWasWritten) {
+  scan("a", "one");
+  job_text = "scanmill: 1\narchive: nowhere\nlattice: {bin_mm: 1}\n";
+  Seen seen = run();
+  EXPECT_EQ(seen.code, kExitUsage);
+  EXPECT_NE(seen.last.find("| nothing written | exit 2"), std::string::npos) << seen.last;
+  EXPECT_NE(seen.err.find("job.yaml:2:10: archive: found no folder"), std::string::npos) << seen.err;
+  job_text = "";
+  seen = run();
+  EXPECT_NE(seen.err.find("job.yaml:1:1: "), std::string::npos) << seen.err;
+}
+
 TEST_F(RunJob, DryRunWritesNothing) {
   scan("a", "one");
   const Seen seen = run([](RunOptions& o) { o.dry_run = true; });
@@ -237,7 +280,7 @@ TEST_F(RunJob, KeepsTheResultOfAVanishedSource) {
   const Seen seen = run();
   EXPECT_EQ(seen.code, 0);
   EXPECT_EQ(seen.state("a"), "vanished");
-  EXPECT_EQ(seen.last.rfind("1 scans: 1 unchanged", 0), 0u) << seen.last;
+  EXPECT_EQ(seen.last.rfind("1 scan: 1 unchanged", 0), 0u) << seen.last;
   EXPECT_TRUE(store::exists(root + "/out/scans/a/mesh.stl"));
 }
 

@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "runner/scan_messages.hpp"
+
+#include <cstdio>
+
+#include "base/text.hpp"
+
+namespace scanmill::runner {
+
+using document::Node;
+
+namespace {
+
+/// A word as a shell takes it.
+std::string quoted(const std::string& word) {
+  if (!word.empty() &&
+      word.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-./=,:%+@") ==
+          std::string::npos)
+    return word;
+  std::string text = "'";
+  for (const char c : word) text += c == '\'' ? "'\\''" : std::string(1, c);
+  return text + "'";
+}
+
+Node texts(const std::vector<std::string>& list) {
+  Node node = Node::sequence();
+  for (const std::string& text : list) node.push(text);
+  return node;
+}
+
+Node event_of(const ScanEntry& entry, const std::string& out) {
+  Node event = Console::event("scan");
+  event.set("name", entry.name);
+  event.set("state", name_of(entry.fate));
+  event.set("seconds", entry.seconds);
+  event.set("why", texts(entry.why));
+  Node files = Node::sequence();
+  for (const std::string& file : entry.files) files.push(out + "/" + file);
+  event.set("files", std::move(files));
+  if (!entry.failed_gates.empty()) event.set("failed_gates", texts(entry.failed_gates));
+  if (entry.counts.is_map()) event.set("counts", entry.counts);
+  return event;
+}
+
+void explain_scan(const ScanEntry& entry, bool dry_run, Console& console) {
+  const char* verb = entry.fate == ScanFate::Unchanged || entry.fate == ScanFate::Quarantined ? "skipped"
+                     : dry_run                                                                ? "would run"
+                                                                                              : "run";
+  Node event = Console::event("explain");
+  event.set("name", entry.name);
+  event.set("verb", verb);
+  event.set("why", texts(entry.why));
+  const std::string why = entry.fate == ScanFate::Quarantined ? "quarantined"
+                          : entry.why.empty()                 ? "unchanged"
+                                                              : joined_lines(entry.why, "; ");
+  console.result(entry.name + ": " + verb + ": " + why, event);
+}
+
+std::string good_line(const ScanEntry& entry, const std::string& out) {
+  std::string line = entry.name + ": " + name_of(entry.fate);
+  for (const std::string& file : entry.files) line += " | " + out + "/" + file;
+  for (const auto& [key, thing] : {std::pair("triangles", "triangle"), std::pair("boundary_loops", "open loop")})
+    if (const Node* value = entry.counts.find(key); value && value->is_integer())
+      line += " | " + counted(static_cast<std::uint64_t>(value->as_integer()), thing);
+  return line + " | " + seconds_text(entry.seconds);
+}
+
+}  // namespace
+
+std::string joined_lines(const std::vector<std::string>& lines, const char* between) {
+  std::string all;
+  for (const std::string& line : lines) all += (all.empty() ? "" : between) + line;
+  return all;
+}
+
+std::string seconds_text(double seconds) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.2f s", seconds);
+  return text;
+}
+
+std::string repeat_command(const RunOptions& options, const std::string& scan) {
+  std::string text = "scanmill run " + quoted(options.job);
+  if (!options.out.empty()) text += " --out " + quoted(options.out);
+  for (const std::string& set : options.sets) text += " --set " + quoted(set);
+  return text + " --only " + quoted(scan);
+}
+
+void show_scan(const ScanEntry& entry, const std::string& out, bool explain, bool dry_run, Console& console) {
+  Node event = event_of(entry, out);
+  if (explain || dry_run) explain_scan(entry, dry_run, console);
+  if (entry.fate != ScanFate::Unchanged)
+    for (const std::string& note : entry.notes) console.note(entry.name, note);
+  if (entry.fate == ScanFate::Done || entry.fate == ScanFate::Unchanged) {
+    console.result(good_line(entry, out), event);
+  } else if (!entry.error.message.empty()) {
+    Node error = Node::map();
+    error.set("code", scanmill::name_of(entry.error.code));
+    error.set("text", entry.error.text());
+    error.set("repeat", entry.repeat);
+    event.set("error", std::move(error));
+    console.problem("scan " + entry.name + ": " + name_of(entry.fate) + ": " + entry.error.text() +
+                        (entry.fate == ScanFate::Stale ? " (the last good result is kept)" : "") +
+                        " | again: " + entry.repeat,
+                    event);
+  }
+  for (const std::string& gate : entry.failed_gates) {
+    Node failed = Console::event("gate");
+    failed.set("scan", entry.name);
+    failed.set("text", gate);
+    console.problem("scan " + entry.name + ": rejected: " + gate, failed);
+  }
+}
+
+}  // namespace scanmill::runner
