@@ -53,5 +53,6 @@ function(scanmill_test name)
   target_include_directories(test_${name} PRIVATE ${PROJECT_SOURCE_DIR}/tests)
   target_link_libraries(test_${name} PRIVATE scanmill_options ${T_LIBS} GTest::gtest_main)
   gtest_discover_tests(test_${name} TEST_PREFIX "${name}." DISCOVERY_TIMEOUT 60
-    PROPERTIES LABELS "${T_LABELS}" ENVIRONMENT "SCANMILL_DATA=$ENV{SCANMILL_DATA}")
+    PROPERTIES LABELS "${T_LABELS}" ENVIRONMENT
+    "SCANMILL_DATA=$ENV{SCANMILL_DATA};TSAN_OPTIONS=suppressions=${PROJECT_SOURCE_DIR}/tests/race.supp")
 endfunction()

@@ -9,6 +9,7 @@
 
 #include "base/text.hpp"
 #include "cli/commands.hpp"
+#include "cli/schemas.hpp"
 #include "cli/stage_options.hpp"
 #include "cli/versions.hpp"
 #include "runner/console.hpp"
@@ -67,6 +68,9 @@ void add_job_commands(CLI::App& app, Options& options) {
       ->allow_extra_args(false);
   run.add_flag("--dry-run", options.run.dry_run, "Say what would be done; write nothing.");
   run.add_flag("--explain", options.run.explain, "Say for every scan why it runs or is skipped.");
+  CLI::App& init = command(app, options, "init", "Look at an archive and write a commented job for it.");
+  init.add_option("archive", options.input, "Folder of scans.")->required();
+  init.add_option("-o,--output", options.output, "Job to write; job.yaml in the current folder unless given.");
   CLI::App& check = command(app, options, "check", "A job or scan plan against its schema and meaning.");
   check.add_option("file", options.input, "Job or scan plan.")->required();
   check.add_option("--set", options.run.sets, "key=value as for run.")->allow_extra_args(false);
@@ -95,8 +99,8 @@ void add_tool_commands(CLI::App& app, Options& options) {
   simulate.add_option("--object", options.object, "figurine, handset, sphere, torus or cube.")->required();
   simulate.add_option("--out", options.output, "Folder for the views and the plan.")->required();
   simulate.add_option("--seed", options.seed, "Seed of the noise.");
-  CLI::App& schema = command(app, options, "schema", "A JSON schema: job.");
-  schema.add_option("name", options.schema, "job")->required();
+  CLI::App& schema = command(app, options, "schema", "A JSON schema of what users write or scripts read.");
+  schema.add_option("name", options.schema, document::joined(schema_names()))->required();
 }
 
 /// A command line that cannot be followed; `json` before it was parsed, so looked for by hand.
@@ -147,9 +151,9 @@ int dispatch(const CLI::App& app, Options& options) {
   if (name == "run") return run_run(options.common, options.run, g_stop);
   if (name == "check") return run_check(options.common, options.input, options.run.sets);
   if (name == "schema") {
-    if (options.schema != "job")
-      return refuse("schema: found " + options.schema + "; allowed job", options.common.json);
-    std::printf("%s\n", document::to_json(runner::job_schema(pipeline::what_schema()), 2).c_str());
+    const auto text = schema_text(options.schema);
+    if (!text) return refuse(text.error().message, options.common.json);
+    std::fputs(text->c_str(), stdout);
     return runner::kExitGood;
   }
   const bool needs_bin = name == "reduce" || (name == "mesh" && !options.as_is);
@@ -160,6 +164,9 @@ int dispatch(const CLI::App& app, Options& options) {
         if (name == "simulate")
           return pipeline::simulate_plan(options.input, options.object, options.output, options.seed, context,
                                          progress);
+        if (name == "init")
+          return pipeline::write_first_job(options.input, options.output.empty() ? "job.yaml" : options.output, context,
+                                           progress);
         if (!what) return what.error();
         if (name == "reduce") return pipeline::reduce_to_file(options.inputs, *what, options.output, context, progress);
         if (name == "mesh")

@@ -50,10 +50,12 @@ Error name_file(Error error, const ScanSpec& scan) {
 void add_notes(const MeshedSurface& surface, const reduce::Report& report, const Mesh& mesh,
                std::vector<std::string>& notes) {
   if (report.not_finite > 0)
-    notes.push_back(grouped(report.not_finite) + " points are NaN or infinite and were dropped");
+    notes.push_back(counted(report.not_finite, "point") + (report.not_finite == 1 ? " is" : " are") +
+                    " NaN or infinite and dropped");
   if (!surface.strays.empty())
-    notes.push_back(grouped(surface.strays.size()) + " stray components were dropped (" +
-                    grouped(surface.kept_in_strays) + " points); they are listed in the record under /strays");
+    notes.push_back(counted(surface.strays.size(), "stray component") +
+                    (surface.strays.size() == 1 ? " was" : " were") + " dropped (" +
+                    counted(surface.kept_in_strays, "point") + "), listed in the record under /strays");
   if (!(mesh.offset == Vec3{}))
     notes.push_back(
         "float32 would cost more than a thousandth of the bin edge this far from the origin: the STL is "

@@ -7,6 +7,8 @@
 
 #include "base/text.hpp"
 #include "export/writers.hpp"
+#include "pipeline/cloud_measure.hpp"
+#include "pipeline/init_job.hpp"
 #include "pipeline/reduced_file.hpp"
 #include "pipeline/scan_points.hpp"
 #include "pipeline/surface.hpp"
@@ -21,7 +23,6 @@ namespace {
 
 using document::Node;
 
-constexpr std::uint64_t kEnoughToTell = 1000;  // points, for spacing and noise
 constexpr std::uint64_t kLongestPlan = 64 << 20;
 
 Node triple(Vec3 p) {
@@ -109,7 +110,8 @@ Result<plan::ScanPlan> read_plan(const std::string& path, std::string& text) {
 Result<void> check_output(const std::string& output, const char* suffix, const std::vector<std::string>& inputs) {
   namespace fs = std::filesystem;
   if (fs::path(output).extension() != suffix)
-    return fail(Code::BadUsage, std::string("found this output name; this command writes ") + suffix + " files only", output);
+    return fail(Code::BadUsage, std::string("found this output name; this command writes ") + suffix + " files only",
+                output);
   std::error_code ignored;
   for (const std::string& input : inputs)
     if (fs::equivalent(output, input, ignored))
@@ -125,9 +127,10 @@ Result<ToolReport> reduce_to_file(const std::vector<std::string>& inputs, const 
   TRY_ASSIGN(const Opened opened, open_inputs(inputs, what));
   TRY_ASSIGN(const reduce::Reduction reduction, reduce_inputs(opened, what, context, progress));
   if (reduction.report.kept == 0)
-    return fail(Code::BadInput, "no point of " + std::to_string(reduction.report.points_used) +
-                                    " can be kept with bins of " + number_text(reduction.report.bin_mm) +
-                                    " mm; choose larger bins or check the units", opened.input.scan.name);
+    return fail(Code::BadInput,
+                "no point of " + std::to_string(reduction.report.points_used) + " can be kept with bins of " +
+                    number_text(reduction.report.bin_mm) + " mm; choose larger bins or check the units",
+                opened.input.scan.name);
   TRY_ASSIGN(auto sink, store::create_file(output));
   TRY(write_reduced(reduction.cloud, *sink));
   TRY(opened.points->verify_unchanged());
@@ -151,8 +154,9 @@ Result<ToolReport> mesh_to_file(const std::vector<std::string>& inputs, const Wh
     TRY_ASSIGN(const auto source, store::open_file(inputs.front(), inputs.front()));
     TRY_ASSIGN(cloud, read_reduced(*source));
     if (what.lattice.bin_mm && *what.lattice.bin_mm != cloud.lattice.edge_mm)
-      return fail(Code::BadUsage, "was reduced with bins of " + number_text(cloud.lattice.edge_mm) + " mm, found bin_mm " +
-                                      number_text(*what.lattice.bin_mm) + "; leave it away with --as-is, or reduce again",
+      return fail(Code::BadUsage,
+                  "was reduced with bins of " + number_text(cloud.lattice.edge_mm) + " mm, found bin_mm " +
+                      number_text(*what.lattice.bin_mm) + "; leave it away with --as-is, or reduce again",
                   inputs.front());
     bounds = bounds_of(cloud);
     report.values.set("bin_mm", cloud.lattice.edge_mm);
@@ -176,17 +180,7 @@ Result<ToolReport> cloud_info(const std::string& input, const What& what, const 
   TRY_ASSIGN(const Opened opened, open_inputs({input}, what));
   const ScanPoints& points = *opened.points;
   const WatchedPoints watched(points, "info", progress);
-  // One reduction on a trial lattice tells the bounds, then the area; a second one at about nine points per bin the
-  // noise.
-  reduce::LatticeParams lattice;
-  reduce::Params params;
-  params.representative = reduce::Representative::Centre;
-  lattice.target_bins = 4000;
-  TRY_ASSIGN(const reduce::Reduction coarse, reduce::reduce_cloud(watched, lattice, params, context));
-  const reduce::Report& seen = coarse.report;
-  // A smooth surface crosses about 1.5 bins per bin face of its area.
-  const double area = static_cast<double>(seen.bins) * seen.bin_mm * seen.bin_mm / 1.5;
-  const double spacing = std::sqrt(area / static_cast<double>(seen.points_used));
+  TRY_ASSIGN(const CloudMeasure seen, measure_cloud(watched, context));
   ToolReport report;
   Node& out = report.values;
   out.set("file", input);
@@ -209,18 +203,14 @@ Result<ToolReport> cloud_info(const std::string& input, const What& what, const 
   out.set("low_mm", triple(seen.bounds.low));
   out.set("high_mm", triple(seen.bounds.high));
   out.set("size_mm", triple(seen.bounds.size()));
-  if (seen.points_used >= kEnoughToTell) out.set("spacing_mm", spacing);
-  else out.set("spacing_mm", "fewer than 1000 points: too few to tell");
+  if (seen.spacing_mm)
+    out.set("spacing_mm", *seen.spacing_mm);
+  else
+    out.set("spacing_mm", "fewer than 1000 points: too few to tell");
   if (std::string problem = implausible_size(seen.bounds, points.units_mm(), 0); !problem.empty())
     out.set("warning", problem);
-  lattice = {};
-  lattice.bin_mm = 3 * spacing;
-  if (seen.points_used >= kEnoughToTell && *lattice.bin_mm > 0) {
-    TRY_ASSIGN(const reduce::Reduction fine, reduce::reduce_cloud(watched, lattice, params, context));
-    const double noise = fine.report.median_residual * fine.report.bin_mm;
-    out.set("noise_mm_at_most", noise);  // curvature and misregistration are in it
-    out.set("suggested_bin_mm", std::max(2 * spacing, 8 * noise));
-  }
+  if (seen.noise_mm) out.set("noise_mm_at_most", *seen.noise_mm);  // curvature and misregistration are in it
+  if (seen.suggested_bin_mm) out.set("suggested_bin_mm", *seen.suggested_bin_mm);
   if (!opened.input.scan.notes.empty()) out.set("notes", texts(opened.input.scan.notes));
   return report;
 }
@@ -260,6 +250,25 @@ Result<ToolReport> convert_cloud(const std::string& input, const What& what, con
   report.values.set("not_finite_dropped", dropped);
   report.values.set("views", static_cast<std::uint64_t>(points.views().size()));
   if (!opened.input.scan.notes.empty()) report.values.set("notes", texts(opened.input.scan.notes));
+  return report;
+}
+
+Result<ToolReport> write_first_job(const std::string& archive, const std::string& output, const Context& context,
+                                   Progress& progress) {
+  namespace fs = std::filesystem;
+  if (!store::is_folder(archive)) return fail(Code::BadUsage, "found no folder; wanted an archive of scans", archive);
+  const fs::path folder = fs::absolute(output).parent_path();
+  std::string name = fs::absolute(archive).lexically_normal().lexically_relative(folder.lexically_normal()).string();
+  while (name.size() > 1 && name.back() == '/') name.pop_back();
+  if (store::exists(output))
+    return fail(Code::BadUsage, "is there already; name another file with -o, nothing was written", output);
+  TRY_ASSIGN(const FirstJob job, first_job(archive, name.empty() ? "." : name, context, progress));
+  TRY(store::write_text(output, job.text));
+  ToolReport report;
+  report.values.set("file", output);
+  report.values.set("scans", static_cast<std::uint64_t>(job.scans));
+  report.values.set("measured", static_cast<std::uint64_t>(job.measured));
+  report.values.set("next", "scanmill run " + output);
   return report;
 }
 

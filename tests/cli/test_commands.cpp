@@ -52,7 +52,7 @@ class Program : public testing::Test {
 TEST_F(Program, NamesTheNearestForUnknownWords) {
   Seen seen = run("runn job.yaml");
   EXPECT_EQ(seen.code, 2);
-  EXPECT_NE(seen.err.find("unknown command runn; allowed run, check"), std::string::npos) << seen.err;
+  EXPECT_NE(seen.err.find("unknown command runn; allowed run, init, check"), std::string::npos) << seen.err;
   EXPECT_NE(seen.err.find("nearest run"), std::string::npos) << seen.err;
   seen = run("run job.yaml --onyl x");
   EXPECT_EQ(seen.code, 2);

@@ -8,6 +8,7 @@
 #include <sstream>
 
 #include "cli/pipeline_work.hpp"
+#include "cli/schemas.hpp"
 #include "runner/job.hpp"
 #include "runner/run_report.hpp"
 
@@ -98,6 +99,22 @@ TEST(RunSchema, ExamplesAndOurOwnReportsAreJudgedRight) {
   report.ended = report.started;
   report.exit_code = 143;
   EXPECT_EQ(judge("run.schema.json", runner::to_document(report)), 0);
+}
+
+TEST(StreamSchema, ExamplesAreJudgedRight) {
+  EXPECT_EQ(judge("stream.schema.json", example("stream.valid.json")), 0);
+  EXPECT_EQ(judge("stream.schema.json", example("stream.invalid.json")), 1);
+}
+
+TEST(Schemas, AreInsideTheProgramAsTheyStandInTheSource) {
+  for (const std::string_view name : cli::schema_names()) {
+    const auto text = cli::schema_text(std::string(name));
+    ASSERT_TRUE(text.ok());
+    EXPECT_EQ(*text, slurp(kSchemas + std::string(name) + ".schema.json"));
+  }
+  const auto unknown = cli::schema_text("strem");
+  ASSERT_FALSE(unknown.ok());
+  EXPECT_NE(unknown.error().message.find("nearest stream"), std::string::npos);
 }
 
 }  // namespace

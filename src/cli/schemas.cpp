@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cli/schemas.hpp"
+
+#include "base/text.hpp"
+#include "document/read_fields.hpp"
+#include "pipeline/what.hpp"
+#include "runner/job.hpp"
+
+namespace scanmill::cli {
+namespace {
+
+constexpr std::string_view kNames[] = {"job", "plan", "run", "stream"};
+
+}  // namespace
+
+std::span<const std::string_view> schema_names() { return kNames; }
+
+Result<std::string> schema_text(const std::string& name) {
+  if (name == "job") return document::to_json(runner::job_schema(pipeline::what_schema()), 2) + "\n";
+  if (name == "plan") return std::string(k_plan_schema);
+  if (name == "run") return std::string(k_run_schema);
+  if (name == "stream") return std::string(k_stream_schema);
+  std::string sentence = "schema: found " + name + "; allowed " + document::joined(kNames);
+  if (const std::string_view nearest = nearest_name(name, kNames); !nearest.empty())
+    sentence += "; nearest " + std::string(nearest);
+  return fail(Code::BadUsage, sentence);
+}
+
+}  // namespace scanmill::cli

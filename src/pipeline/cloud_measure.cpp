@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipeline/cloud_measure.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "reduce/reduce.hpp"
+
+namespace scanmill::pipeline {
+namespace {
+
+constexpr std::uint64_t kEnoughToTell = 1000;  // points
+constexpr double kTrialBins = 4000;
+constexpr std::uint64_t kPointsPerBin = 4;
+constexpr double kBinsPerFace = 1.5;  // a smooth surface crosses about so many bins per bin face of its area
+
+}  // namespace
+
+Result<CloudMeasure> measure_cloud(const PointSource& points, const Context& context) {
+  reduce::LatticeParams lattice;
+  reduce::Params params;
+  params.representative = reduce::Representative::Centre;
+  lattice.target_bins = kTrialBins;
+  TRY_ASSIGN(reduce::Reduction coarse, reduce::reduce_cloud(points, lattice, params, context));
+  if (coarse.report.bins * kPointsPerBin > coarse.report.points_used && coarse.report.points_used >= kEnoughToTell) {
+    // So few points that most have a bin of their own, and the bins tell no area.
+    lattice.target_bins = static_cast<double>(coarse.report.points_used / kPointsPerBin);
+    TRY_ASSIGN(coarse, reduce::reduce_cloud(points, lattice, params, context));
+  }
+  const reduce::Report& seen = coarse.report;
+  CloudMeasure measure;
+  measure.points_read = seen.points_read;
+  measure.points_used = seen.points_used;
+  measure.bounds = seen.bounds;
+  if (seen.points_used < kEnoughToTell) return measure;
+  const double area = static_cast<double>(seen.bins) * seen.bin_mm * seen.bin_mm / kBinsPerFace;
+  const double spacing = std::sqrt(area / static_cast<double>(seen.points_used));
+  if (!(spacing > 0)) return measure;
+  measure.spacing_mm = spacing;
+  lattice = {};
+  lattice.bin_mm = 3 * spacing;
+  TRY_ASSIGN(const reduce::Reduction fine, reduce::reduce_cloud(points, lattice, params, context));
+  measure.noise_mm = fine.report.median_residual * fine.report.bin_mm;
+  measure.suggested_bin_mm = std::max(2 * spacing, 8 * *measure.noise_mm);
+  return measure;
+}
+
+}  // namespace scanmill::pipeline

@@ -1,0 +1,194 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipeline/init_job.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <vector>
+
+#include "base/text.hpp"
+#include "document/document.hpp"
+#include "pipeline/cloud_measure.hpp"
+#include "pipeline/discovery.hpp"
+#include "pipeline/scan_points.hpp"
+#include "pipeline/watched_points.hpp"
+#include "plan/plan.hpp"
+
+namespace scanmill::pipeline {
+namespace {
+
+constexpr std::size_t kMeasured = 12;  // scans looked at in full
+constexpr double kDiffers = 1.5;       // bins that differ by more than this get an override
+
+/// Units by the size an object would have: a scanned part is 5 mm to 5 m; larger only when metres make a room of it.
+struct UnitGuess {
+  const char* word;
+  const char* reason;
+};
+
+UnitGuess guess_units(double extent) {
+  if (extent >= 5 && extent <= 5000) return {"mm", "as millimetres the scans are 5 mm to 5 m"};
+  if (extent >= 0.005 && extent < 5) return {"m", "as millimetres the scans would be below 5 mm"};
+  if (extent > 5000) return {"um", "as millimetres the scans would be above 5 m"};
+  return {"m", "as millimetres the scans would be below 0.005 mm"};
+}
+
+/// Two significant digits, so that a person can read the job.
+double rounded(double value) {
+  double scale = 1;
+  while (value * scale < 10) scale *= 10;
+  while (value * scale >= 100) scale /= 10;
+  return static_cast<double>(static_cast<std::int64_t>(value * scale + 0.5)) / scale;
+}
+
+std::string short_text(double value) { return value > 0 ? number_text(rounded(value)) : "0"; }
+
+std::string size_text(Vec3 size) {
+  return short_text(size.x) + " x " + short_text(size.y) + " x " + short_text(size.z);
+}
+
+struct Seen {
+  const ScanSpec* scan = nullptr;
+  CloudMeasure measure;  // in the units found
+  std::string units;     // empty when a plan says them
+  std::string trouble;   // why it could not be measured
+};
+
+Seen look_at(const std::string& archive, const ScanSpec& scan, const Context& context, Progress& progress) {
+  Seen seen;
+  seen.scan = &scan;
+  auto measured = [&](double units_mm) -> Result<CloudMeasure> {
+    TRY_ASSIGN(const auto points, ScanPoints::open(archive, scan, units_mm));
+    const WatchedPoints watched(*points, "look at " + scan.name, progress);
+    return measure_cloud(watched, context);
+  };
+  auto first = measured(1);
+  if (!first.ok()) {
+    seen.trouble = first.error().text();
+    return seen;
+  }
+  seen.measure = *first;
+  if (scan.units_mm > 0) return seen;
+  const Vec3 size = first->bounds.size();
+  seen.units = guess_units(std::max({size.x, size.y, size.z})).word;
+  if (seen.units == "mm") return seen;
+  // Lengths go with the unit; measured again, because trial lattices begin at the origin.
+  if (auto again = measured(plan::unit_mm(seen.units).value_or(1)); again.ok()) seen.measure = *again;
+  return seen;
+}
+
+/// Numbers of the scans to look at: spread evenly, the first and the last among them.
+std::vector<std::size_t> chosen(std::size_t count) {
+  std::vector<std::size_t> rows;
+  const std::size_t wanted = std::min(count, kMeasured);
+  for (std::size_t k = 0; k < wanted; ++k) rows.push_back(wanted == 1 ? 0 : k * (count - 1) / (wanted - 1));
+  return rows;
+}
+
+std::string most_common_units(const std::vector<Seen>& list) {
+  std::string best;
+  std::ptrdiff_t most = 0;
+  for (const Seen& seen : list) {
+    if (seen.units.empty()) continue;
+    const auto count = std::count_if(list.begin(), list.end(), [&](const Seen& s) { return s.units == seen.units; });
+    if (count > most || (count == most && seen.units < best)) {
+      most = count;
+      best = seen.units;
+    }
+  }
+  return best;
+}
+
+std::optional<double> middle_bin(const std::vector<Seen>& list) {
+  std::vector<double> bins;
+  for (const Seen& seen : list)
+    if (seen.measure.suggested_bin_mm) bins.push_back(*seen.measure.suggested_bin_mm);
+  if (bins.empty()) return std::nullopt;
+  std::nth_element(bins.begin(), bins.begin() + static_cast<std::ptrdiff_t>(bins.size() / 2), bins.end());
+  return rounded(bins[bins.size() / 2]);
+}
+
+std::string comment_of(const Seen& seen) {
+  std::string text = "#   " + seen.scan->name + ": ";
+  if (!seen.trouble.empty()) return text + "not readable: " + seen.trouble + "\n";
+  text += grouped(seen.measure.points_used) + " points in " + counted(seen.scan->views.size(), "view") + ", " +
+          size_text(seen.measure.bounds.size()) + " mm";
+  if (seen.measure.spacing_mm)
+    text += ", spacing " + short_text(*seen.measure.spacing_mm) + " mm, noise at most " +
+            short_text(*seen.measure.noise_mm) + " mm, bins of " + short_text(*seen.measure.suggested_bin_mm) +
+            " mm would suit";
+  else
+    text += ", too few to tell spacing and noise";
+  return text + "\n";
+}
+
+std::string quoted(const std::string& word) { return document::to_json(document::Node(word)); }
+
+std::string override_of(const Seen& seen, const std::string& units, double bin) {
+  std::string keys;
+  if (!seen.units.empty() && seen.units != units) keys += "    units: " + seen.units + "\n";
+  if (const auto& own = seen.measure.suggested_bin_mm; own && (*own > bin * kDiffers || *own * kDiffers < bin))
+    keys += "    lattice: {bin_mm: " + short_text(*own) + "}\n";
+  return keys.empty() ? keys : "  - scans: " + quoted(seen.scan->name) + "\n" + keys;
+}
+
+std::string job_text(const std::string& name, const Discovery& found, const std::vector<Seen>& list) {
+  std::string text =
+      "# A first job for this archive; every other key has a default (scanmill schema job lists them).\n"
+      "scanmill: 1\n"
+      "archive: " +
+      quoted(name) + "\n\n";
+  text += "# " + counted(found.scans.size(), "scan") + " found" +
+          (list.size() < found.scans.size() ? ", " + std::to_string(list.size()) + " of them looked at" : "") + ":\n";
+  for (const Seen& seen : list) text += comment_of(seen);
+  for (const std::string& note : found.notes) text += "# note: " + note + "\n";
+  const std::string units = most_common_units(list);
+  if (units.empty()) {
+    text += "\n# The scan plans say the units of their files.\n";
+  } else {
+    double extent = 0;
+    for (const Seen& seen : list)
+      if (seen.units == units) {
+        const Vec3 size = seen.measure.bounds.size();
+        extent = std::max({size.x, size.y, size.z}) / plan::unit_mm(units).value_or(1);
+        break;
+      }
+    text += "\n# The files do not say their units: " + std::string(guess_units(extent).reason) + "; the numbers span " +
+            short_text(extent) + ".\nunits: " + units + "\n";
+  }
+  const auto bin = middle_bin(list);
+  text +=
+      "\n# The larger of two point spacings and eight times the noise: finer bins would mesh the noise.\nlattice:\n";
+  text += bin ? "  bin_mm: " + number_text(*bin) + "\n"
+              : "  bin_mm: 1  # no scan has points enough to tell: choose the detail you need\n";
+  std::string overrides;
+  for (const Seen& seen : list)
+    if (seen.trouble.empty()) overrides += override_of(seen, units, bin.value_or(1));
+  if (!overrides.empty()) text += "\n# Scans that differ from the rest.\noverrides:\n" + overrides;
+  text +=
+      "\n# A mesh beyond these bounds ends the run with exit code 4.\n# verify:\n#   max_error_mm: 1\n#   rms_mm: "
+      "0.1\n";
+  return text;
+}
+
+}  // namespace
+
+Result<FirstJob> first_job(const std::string& archive, const std::string& name_in_job, const Context& context,
+                           Progress& progress) {
+  TRY_ASSIGN(const Discovery found, discover(archive, false));
+  if (found.scans.empty()) {
+    std::string text = "found no scan; wanted point files, .conf files or scan plans";
+    for (const std::string& note : found.notes) text += "\n" + archive + ": note: " + note;
+    return fail(Code::BadInput, text, archive);
+  }
+  std::vector<Seen> list;
+  for (const std::size_t row : chosen(found.scans.size())) {
+    list.push_back(look_at(archive, found.scans[row], context, progress));
+    if (context.cancel.is_set()) return fail(Code::Cancelled, "stopped on request", archive);
+  }
+  if (std::all_of(list.begin(), list.end(), [](const Seen& seen) { return !seen.trouble.empty(); }))
+    return fail(Code::BadInput, "no scan can be read; the first: " + list.front().trouble, archive);
+  return FirstJob{job_text(name_in_job, found, list), found.scans.size(), list.size()};
+}
+
+}  // namespace scanmill::pipeline
