@@ -28,7 +28,7 @@ Layout layout_of(int width, int height, bool with_title, double error_range_mm) 
   const double numbers = text_width(tick_text(-error_range_mm, error_range_mm), l.text);
   const double legend = error_range_mm > 0 ? std::max(9.0 * l.text, 4.8 * l.text + numbers) : 0;
   const double top = l.title.top + l.title.height;
-  l.part = {margin, top, width - 2 * margin - legend, l.strip.top - l.text - top};
+  l.part = {margin, top, width - 2 * margin - legend, l.strip.top - 1.5 * l.text - top};
   l.legend = {width - margin - legend, top, legend, l.part.height};
   return l;
 }

@@ -20,8 +20,8 @@ std::span<const Field> PictureParams::fields() {
   static const Field kTable[] = {
       field<P, &P::style>("as", "", "What the picture shows.", {}, kStyles),
       field<P, &P::view>("view", "", "The side the viewer stands on.", {}, kViews),
-      field<P, &P::width>("width", "", "Width of the picture, pixels.", {160, 16384}),
-      field<P, &P::height>("height", "", "Height of the picture, pixels.", {120, 16384}),
+      field<P, &P::width>("width", "", "Width of the picture, pixels.", {320, 16384}),
+      field<P, &P::height>("height", "", "Height of the picture, pixels.", {240, 16384}),
       field<P, &P::error_range_mm>(
           "error_range_mm", "",
           "Both ends of the error scale, mm; 0: the 99th percentile of the errors, rounded up to 1, 2 or 5.", {0, 1e6}),

@@ -17,6 +17,7 @@ namespace {
 
 constexpr double kFarthest = 1e150;  // coordinates beyond: differences or their squares would not be finite
 constexpr std::size_t kGrain = 65536;
+constexpr std::size_t kMostThings = 1000000000;  // three times as many, the borders, still have 32-bit numbers
 
 bool can_be_drawn(Vec3 p) {
   return std::abs(p.x) < kFarthest && std::abs(p.y) < kFarthest && std::abs(p.z) < kFarthest;
@@ -38,6 +39,9 @@ Result<void> check(const Scene& scene, const PictureParams& params) {
   for (const std::string& line : problems_of(PictureParams::fields(), &copy))
     problems += (problems.empty() ? "" : "; ") + line;
   if (!problems.empty()) return fail(Code::BadParameter, problems, "picture");
+  if (scene.points.size() + scene.removed.size() > kMostThings ||
+      (scene.mesh != nullptr && scene.mesh->triangles.size() > kMostThings))
+    return fail(Code::Unsupported, "more than a thousand million points or triangles; draw a sample", "picture");
   const std::size_t vertices = scene.mesh != nullptr ? scene.mesh->positions.size() : 0;
   if (params.style == Style::Error && scene.vertex_error.empty() && vertices > 0)
     return fail(Code::BadParameter,

@@ -50,8 +50,9 @@ std::span<const std::string_view> view_words();
 /// no finite point) gives a picture that says so. Points that are not finite are left out, and triangles at vertices
 /// that are not. Removed points farther from the part than its own size do not shrink it: they are left out and counted
 /// in the picture.
-/// errors  BadParameter for a size outside 160x120 .. 16384x16384, a range that is negative or not finite, style Error
-///         without errors; BadInput naming a triangle whose vertex does not exist; Cancelled
+/// errors  BadParameter for a size outside 320x240 .. 16384x16384, a range that is negative or not finite, style Error
+///         without errors; BadInput naming a triangle whose vertex does not exist; Unsupported above 1e9 things;
+///         Cancelled
 /// cost    600,000 triangles in 1280x960: 0.4 CPU s; about 60 bytes per vertex, 16 per triangle, 64 per point
 Result<Image> render(const Scene& scene, const PictureParams& params, const Context& context);
 

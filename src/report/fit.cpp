@@ -55,7 +55,11 @@ void add_percentiles(const Fit& fit, std::string& out) {
 void add_worst(const char* caption, const std::vector<WorstPoint>& points, std::string& out) {
   if (points.empty()) return;
   Table table(out, caption,
-              {{"place, mm"}, {"signed, mm", Column::Number}, {"where"}, {"patch", Column::Number}, {"file and row"}});
+              {{"place, mm", Column::Place},
+               {"signed, mm", Column::Number},
+               {"where"},
+               {"patch", Column::Number},
+               {"file and row"}});
   for (const WorstPoint& p : points)
     table.row({place(p.place), signed_figure(p.signed_mm), p.open_border ? "open border" : "interior", grouped(p.patch),
                p.file + ", " + (p.row_meaning.empty() ? "row" : p.row_meaning) + " " + grouped(p.row)});

@@ -4,6 +4,8 @@
 namespace scanmill::report {
 namespace {
 
+constexpr std::string_view kDiv = "<div class=\"scroll\">";
+constexpr std::size_t kShortTable = 14;  // rows
 constexpr char kHex[] = "0123456789abcdef";
 
 /// Length of the well-formed UTF-8 sequence at `at`, 0 when there is none; its value in `value`.
@@ -80,8 +82,9 @@ std::string base64(std::string_view bytes) {
 }
 
 Table::Table(std::string& out, std::string_view caption, std::vector<Head> heads)
-    : out_(out), heads_(std::move(heads)) {
-  out_ += "<div class=\"scroll\"><table>\n";
+    : out_(out), start_(out.size()), heads_(std::move(heads)) {
+  out_ += kDiv;
+  out_ += "<table>\n";
   if (!caption.empty()) out_ += "<caption>" + escaped(caption) + "</caption>\n";
   out_ += "<thead><tr>";
   for (const Head& head : heads_)
@@ -90,16 +93,23 @@ Table::Table(std::string& out, std::string_view caption, std::vector<Head> heads
   out_ += "</tr></thead>\n<tbody>\n";
 }
 
-Table::~Table() { out_ += "</tbody></table></div>\n"; }
+Table::~Table() {
+  if (rows_ <= kShortTable) out_.insert(start_ + kDiv.size() - 2, " short");
+  out_ += "</tbody></table></div>\n";
+}
 
 void Table::row(std::initializer_list<std::string> cells, std::string_view mark) {
   out_ += mark.empty() ? "<tr>" : "<tr class=\"" + escaped(mark) + "\">";
+  ++rows_;
   std::size_t k = 0;
   for (const std::string& cell : cells) {
     const Column column = k < heads_.size() ? heads_[k].column : Column::Text;
     const char* tag = k == 0 ? "th" : "td";
     out_ += std::string("<") + tag + (k == 0 ? " scope=\"row\"" : "");
-    out_ += column == Column::Number ? " class=\"n\">" : column == Column::Digest ? " class=\"d\">" : ">";
+    out_ += column == Column::Number   ? " class=\"n\">"
+            : column == Column::Place  ? " class=\"p\">"
+            : column == Column::Digest ? " class=\"d\">"
+                                       : ">";
     out_ += escaped(cell) + "</" + tag + ">";
     ++k;
   }

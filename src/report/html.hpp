@@ -14,10 +14,10 @@ namespace scanmill::report {
 std::string escaped(std::string_view text);
 std::string base64(std::string_view bytes);
 
-/// How a column stands: text left, numbers right, digests breakable.
-enum class Column { Text, Number, Digest };
+/// How a column stands: text left, numbers right, places on one line, digests breakable anywhere.
+enum class Column { Text, Number, Place, Digest };
 
-/// Rows of a table are given cell by cell; cells are escaped.
+/// Rows of a table are given cell by cell; cells are escaped. A short table is not cut between two sheets of paper.
 class Table {
  public:
   struct Head {
@@ -34,7 +34,9 @@ class Table {
 
  private:
   std::string& out_;
+  std::size_t start_;
   std::vector<Head> heads_;
+  std::size_t rows_ = 0;
 };
 
 }  // namespace scanmill::report

@@ -46,6 +46,7 @@ thead th{border-bottom:2px solid var(--faint);color:var(--faint);font-size:.86re
 tbody th{max-width:24rem;overflow-wrap:anywhere}
 tbody tr:hover{background:var(--wash)}
 .n{text-align:right;white-space:nowrap}
+.p{white-space:nowrap}
 .d{font:.78rem/1.5 ui-monospace,"DejaVu Sans Mono","Liberation Mono",monospace;word-break:break-all;min-width:17rem}
 tr.bad th,tr.bad td{color:var(--fail);font-weight:600}
 tr.changed th,tr.changed td{font-weight:600;background:#eef4fb}
@@ -53,12 +54,14 @@ tr.changed th,tr.changed td{font-weight:600;background:#eef4fb}
 footer{margin-top:2.5rem;padding-top:.6rem;border-top:1px solid var(--line);color:var(--faint);font-size:.86rem}
 footer p{overflow-wrap:anywhere}
 @media (max-width:40rem){body{padding:.8rem .7rem 2rem}h1{font-size:1.35rem}.verdict strong{font-size:1.6rem}
-.tiles{grid-template-columns:1fr 1fr}.tiles dd{font-size:1.2rem}th,td{padding-right:.6rem}.d{min-width:11rem}}
+.tiles{grid-template-columns:1fr 1fr}.tiles dd{font-size:1.2rem}th,td{padding-right:.6rem}.d{min-width:11rem}
+tbody th{min-width:8.5rem}}
 @media print{@page{margin:14mm}body{max-width:none;padding:0;font-size:10pt}nav{display:none}
 h2{margin-top:1.4rem;break-after:avoid}h3,caption{break-after:avoid}figure,tr,.tiles div,.verdict{break-inside:avoid}
-.scroll{overflow:visible}table{font-size:8.6pt}.d{font-size:7pt;min-width:0}thead{display:table-header-group}
+.scroll{overflow:visible}.short{break-inside:avoid}.columns{grid-template-columns:1fr 1fr;gap:0 1rem}
+table{font-size:8.6pt}.d{font-size:7pt;min-width:0}thead{display:table-header-group}
 .pictures{grid-template-columns:1fr 1fr}.tiles{grid-template-columns:repeat(4,1fr)}.tiles dd{font-size:13pt}
-th,td{padding:.15rem .5rem .15rem .3rem}}
+th,td{padding:.15rem .5rem .15rem .3rem}tbody th{overflow-wrap:break-word}}
 )";
 
 }  // namespace scanmill::report

@@ -64,8 +64,9 @@ void add_crossings(const Mesh& m, std::string& out) {
   if (m.crossing_places.empty()) return;
   const std::size_t shown = std::min(m.crossing_places.size(), kLoopsShown);
   {
-    Table table(out, "Self-intersections",
-                {{"place, mm"}, {"triangle", Column::Number}, {"and triangle", Column::Number}, {"cause"}});
+    Table table(
+        out, "Self-intersections",
+        {{"place, mm", Column::Place}, {"triangle", Column::Number}, {"and triangle", Column::Number}, {"cause"}});
     for (std::size_t i = 0; i < shown; ++i) {
       const Crossing& c = m.crossing_places[i];
       table.row({place(c.place), grouped(c.first), grouped(c.second), c.cause.empty() ? "not known" : c.cause}, "bad");
@@ -110,7 +111,10 @@ void add_mesh(const ScanReport& report, std::string& out) {
   const std::size_t shown = std::min(m.dropped.size(), kComponentsShown);
   {
     Table table(out, "Pieces left out of the mesh (smaller than min_component_share)",
-                {{"centre, mm"}, {"size, mm"}, {"triangles", Column::Number}, {"vertices", Column::Number}});
+                {{"centre, mm", Column::Place},
+                 {"size, mm", Column::Place},
+                 {"triangles", Column::Number},
+                 {"vertices", Column::Number}});
     for (std::size_t i = 0; i < shown; ++i) {
       const Component& c = m.dropped[i];
       table.row({place(c.centre), place(c.size), grouped(c.triangles), grouped(c.vertices)});
@@ -137,7 +141,7 @@ void add_loops(const ScanReport& report, std::string& out) {
   const std::size_t shown = std::min(loops.size(), kLoopsShown);
   {
     Table table(out, "Longest first",
-                {{"number"}, {"length, mm", Column::Number}, {"edges", Column::Number}, {"centre, mm"}});
+                {{"number"}, {"length, mm", Column::Number}, {"edges", Column::Number}, {"centre, mm", Column::Place}});
     for (std::size_t k = 0; k < shown; ++k) {
       const Loop& loop = loops[order[k]];
       table.row({grouped(k + 1), figure(loop.length_mm), grouped(loop.edges), place(loop.centre)});
@@ -154,7 +158,7 @@ void add_patches(const ScanReport& report, std::string& out) {
     Table table(out, "",
                 {{"patch"},
                  {"seed"},
-                 {"seed at, mm"},
+                 {"seed at, mm", Column::Place},
                  {"triangles", Column::Number},
                  {"area, mm\xc2\xb2", Column::Number},
                  {"greatest, mm", Column::Number},

@@ -69,11 +69,16 @@ void add_tiles(const ScanReport& report, std::string& out) {
   out += "<dl class=\"tiles\">\n";
   if (report.fit) {
     const Fit& fit = *report.fit;
-    const bool failed = std::any_of(report.gates.begin(), report.gates.end(), [](const Gate& g) { return !g.passed; });
-    add_tile(
-        out, "greatest fit error", figure(fit.fit_error_mm) + " mm",
-        "rms " + figure(fit.all.rms_mm) + " mm" + (fit.all.p99_mm ? ", 99 % below " + figure(*fit.all.p99_mm) : ""),
-        failed);
+    const auto failed = [&](const char* word) {
+      return std::any_of(report.gates.begin(), report.gates.end(),
+                         [&](const Gate& g) { return !g.passed && g.key.find(word) != std::string::npos; });
+    };
+    add_tile(out, "greatest fit error", figure(fit.fit_error_mm) + " mm",
+             "interior " + figure(fit.interior.max_mm) + ", open border " + figure(fit.open_border.max_mm),
+             failed("max_error"));
+    add_tile(out, "rms fit error", figure(fit.all.rms_mm) + " mm",
+             fit.all.p99_mm ? "99\xc2\xa0% of the points within " + figure(*fit.all.p99_mm) : "of all points",
+             failed("rms"));
     if (fit.sensor_accuracy_mm)
       add_tile(out, "with the sensor", figure(fit.fit_error_mm + *fit.sensor_accuracy_mm) + " mm",
                "fit " + figure(fit.fit_error_mm) + " + sensor " + figure(*fit.sensor_accuracy_mm));
