@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "render/colours.hpp"
 #include "render/raster.hpp"
@@ -179,6 +180,40 @@ TEST(DrawLine, HasItsWidthAndRoundEnds) {
       EXPECT_EQ(image.pixel(x, y), y >= 18 && y < 22 ? (Rgb{9, 9, 9}) : kPaper) << x << "," << y;
   EXPECT_EQ(image.pixel(8, 20).r < 255, true);
   EXPECT_EQ(image.pixel(7, 20), kPaper);
+}
+
+TEST(Draw, LeavesNoTraceOfTheTiles) {
+  // The same things farther right and down, so that other tiles cut them: pixel for pixel the same picture.
+  const auto scene = [](int shift) {
+    Random random(21, 0, 0);
+    Flat flat;
+    const auto grid = [&](double v) { return std::floor(v * 64) / 64 + shift * kSamplesPerPixel; };
+    for (int i = 0; i < 1500; ++i) {
+      const double x = grid(random.uniform(0, 150)), y = grid(random.uniform(0, 130)), z = random.uniform(0, 30);
+      flat.drawing.dots.push_back({{x, y, z}, 3, 0, {120, 160, 200}});
+      if (i % 50 == 0) flat.drawing.lines.push_back({{x, y, z}, {x + 40, y + 9, z}, 1.5, 1, {200, 100, 50}});
+      if (i % 50 == 1) {
+        const auto corner = [&](double dx, double dy, double depth) {
+          return Corner{static_cast<std::int32_t>((x + dx) * kGridPerSample),
+                        static_cast<std::int32_t>((y + dy) * kGridPerSample), static_cast<float>(depth)};
+        };
+        flat.add(corner(0, 0, 3), corner(3, 50, 9), corner(50, 7, 27));
+      }
+    }
+    flat.drawing.mesh = &flat.mesh;
+    flat.drawing.surface.paint = Surface::Paint::Patches;
+    flat.drawing.depth_shading = true;
+    Image image(160, 150, kPaper);
+    EXPECT_TRUE(draw(flat.drawing, image, Workers(2).context()).ok());
+    return image;
+  };
+  const Image here = scene(8);
+  for (const int shift : {1, 23, 47}) {
+    const Image there = scene(8 + shift);
+    for (int y = 0; y < 100; ++y)
+      for (int x = 0; x < 110; ++x)
+        ASSERT_EQ(there.pixel(x + shift, y + shift), here.pixel(x, y)) << shift << " at " << x << "," << y;
+  }
 }
 
 TEST(Draw, StopsWhenAsked) {
