@@ -41,15 +41,18 @@ struct Range {
   bool empty() const { return x0 >= x1 || y0 >= y1; }
 };
 
-int floor_div(std::int64_t a, std::int64_t b) { return static_cast<int>(a >= 0 ? a / b : -((-a + b - 1) / b)); }
+/// Largest whole number not above a / 2^bits; C++20 shifts keep the sign.
+constexpr int floor_shift(int a, int bits) { return a >> bits; }
+constexpr int kGridBits = 6, kTileBits = 7;
+static_assert(kGridPerSample == 1 << kGridBits && kTileSamples == 1 << kTileBits);
 
 /// Samples whose centres may lie in the box of a triangle.
 Range samples_of(const Corner& a, const Corner& b, const Corner& c) {
   const auto [x0, x1] = std::minmax({a.x, b.x, c.x});
   const auto [y0, y1] = std::minmax({a.y, b.y, c.y});
   constexpr int kHalf = kGridPerSample / 2;
-  return {floor_div(x0 + kHalf - 1, kGridPerSample), floor_div(y0 + kHalf - 1, kGridPerSample),
-          floor_div(x1 - kHalf, kGridPerSample) + 1, floor_div(y1 - kHalf, kGridPerSample) + 1};
+  return {floor_shift(x0 + kHalf - 1, kGridBits), floor_shift(y0 + kHalf - 1, kGridBits),
+          floor_shift(x1 - kHalf, kGridBits) + 1, floor_shift(y1 - kHalf, kGridBits) + 1};
 }
 
 /// Saturating: whatever lies outside the picture stays outside.
@@ -333,10 +336,10 @@ class Binning {
   void for_tiles(std::size_t i, std::size_t faces, F&& take) const {
     const Range s = samples_of_thing(i, faces);
     if (s.empty()) return;
-    const int x0 = std::max(floor_div(s.x0 - apron_, kTileSamples), 0),
-              x1 = std::min(floor_div(s.x1 - 1 + apron_, kTileSamples), columns_ - 1),
-              y0 = std::max(floor_div(s.y0 - apron_, kTileSamples), 0),
-              y1 = std::min(floor_div(s.y1 - 1 + apron_, kTileSamples), rows_ - 1);
+    const int x0 = std::max(floor_shift(s.x0 - apron_, kTileBits), 0),
+              x1 = std::min(floor_shift(s.x1 - 1 + apron_, kTileBits), columns_ - 1),
+              y0 = std::max(floor_shift(s.y0 - apron_, kTileBits), 0),
+              y1 = std::min(floor_shift(s.y1 - 1 + apron_, kTileBits), rows_ - 1);
     for (int y = y0; y <= y1; ++y)
       for (int x = x0; x <= x1; ++x)
         take(static_cast<std::size_t>(y) * static_cast<std::size_t>(columns_) + static_cast<std::size_t>(x));

@@ -100,13 +100,17 @@ Subject subject_of(const Scene& scene, Style style) {
 Extent extent_of(const Subject& s, View view) {
   Extent extent{axes_of(view), {}, {}};
   Bounds box;
+  std::vector<std::uint8_t> used;  // vertices without a triangle are not seen
+  if (s.mesh() != nullptr) {
+    used.assign(s.mesh()->positions.size(), 0);
+    for (const Triangle& t : s.mesh()->triangles)
+      for (const std::uint32_t v : t) used[v] = 1;
+  }
   const auto each = [&](auto&& take) {
-    if (s.mesh() != nullptr)
-      for (const Triangle& t : s.mesh()->triangles)
-        for (const std::uint32_t v : t) take(s.mesh()->positions[v]);
-    else
-      for (const Vec3 p : s.points)
-        if (can_be_drawn(p)) take(p - s.points_offset);
+    for (std::size_t v = 0; v < used.size(); ++v)
+      if (used[v] != 0) take(s.mesh()->positions[v]);
+    for (const Vec3 p : s.points)
+      if (can_be_drawn(p)) take(p - s.points_offset);
   };
   each([&](Vec3 p) { box.add(p); });
   if (box.empty()) return extent;
