@@ -42,6 +42,7 @@ WALLS = [
     (r"yaml-cpp/|nlohmann/", ["document/"]),
     (r"openssl/", ["base/digest.cpp"]),
     (r"Eigen/|unsupported/Eigen", ["geom/"]),
+    (r"zlib", ["render/png.cpp", "formats/png.cpp"]),
     (r"vtk|CGAL/|pcl/|open3d/|TopoDS|BRep|STEPControl|IGESControl", []),
 ]
 
@@ -154,6 +155,7 @@ def self_test():
         ("base/bytes.cpp", "#include <openssl/evp.h>\n"),
         ("stars/a.cpp", "#include <Eigen/Dense>\n"),
         ("pipeline/a.cpp", "#include <vtkPolyData.h>\n"),
+        ("render/render.cpp", "#include <zlib.h>\n"),
         ("reduce/a.cpp", "std::unordered_map<BinKey, int, Hash> bins;\n"),
         ("reduce/a.cpp", "std::set<scanmill::LocalBin> bins;\n"),
         ("pipeline/a.cpp", "std::map<std::pair<int, BinKey>, int> bins;\n"),
@@ -171,6 +173,7 @@ def self_test():
         ("lattice/a.cpp", "#include <openvdb/tree/Tree.h>\n"),
         ("provenance/hdf5_file.cpp", "#include <hdf5.h>\n"),
         ("base/chunks.cpp", "#include <tbb/parallel_for.h>\n"),
+        ("render/png.cpp", "#include <zlib.h>\n"),
         ("main.cpp", '#include "cli/cli.hpp"\n'),
         ("reduce/a.cpp", "std::map<int, BinKey> by_slot;  // std::map<BinKey, int>\n"),
         ("stars/a.cpp", "// cos(x) is not used\nauto s = std::sqrt(2.0); auto c = cos_of_degrees(5); row.log(x); \"exp(1)\";\n"),

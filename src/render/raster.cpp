@@ -1,0 +1,411 @@
+// SPDX-License-Identifier: Apache-2.0
+// A triangle covers a sample when three integer edge functions agree (Pineda 1988), with the top-left rule on a grid of
+// 1/64 sample: watertight and the same on every machine. Depth and colour are planes over the triangle, evaluated per
+// sample from the same corner whatever the tile, so tiles and threads leave no trace. Depth shading darkens a sample by
+// how far its neighbours stand before it (after Boucheny 2009, with a rational falloff in place of the exponential).
+#include "render/raster.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "render/colours.hpp"
+
+namespace scanmill::render {
+namespace {
+
+constexpr int kTilePixels = 64;
+constexpr int kTileSamples = kTilePixels * kSamplesPerPixel;
+constexpr float kNothing = -std::numeric_limits<float>::max();
+// Reach of the depth shading, in samples; tiles are drawn this much larger so that they need no neighbour.
+constexpr int kApron = 4;
+constexpr double kCreaseDot = 0.8;              // normals further apart than 37 degrees are not smoothed over
+const Vec3 kLight = unit({-0.42, 0.52, 0.74});  // in the axes of the view: over the viewer's left shoulder
+
+struct Packed {
+  std::uint8_t r = 255, g = 255, b = 255, covered = 0;
+};
+
+/// The samples of a tile; (0, 0) is sample (x0, y0) of the picture.
+struct Tile {
+  int x0 = 0, y0 = 0, width = 0, height = 0;
+  std::vector<float> depth;
+  std::vector<Packed> colour;
+  std::size_t row(int y) const { return static_cast<std::size_t>(y) * static_cast<std::size_t>(width); }
+};
+
+struct Range {
+  int x0, y0, x1, y1;  // tiles or samples, end excluded
+  bool empty() const { return x0 >= x1 || y0 >= y1; }
+};
+
+/// Largest whole number not above a / 2^bits; C++20 shifts keep the sign.
+constexpr int floor_shift(int a, int bits) { return a >> bits; }
+constexpr int kGridBits = 6, kTileBits = 7;
+static_assert(kGridPerSample == 1 << kGridBits && kTileSamples == 1 << kTileBits);
+
+/// Samples whose centres may lie in the box of a triangle.
+Range samples_of(const Corner& a, const Corner& b, const Corner& c) {
+  const auto [x0, x1] = std::minmax({a.x, b.x, c.x});
+  const auto [y0, y1] = std::minmax({a.y, b.y, c.y});
+  constexpr int kHalf = kGridPerSample / 2;
+  return {floor_shift(x0 + kHalf - 1, kGridBits), floor_shift(y0 + kHalf - 1, kGridBits),
+          floor_shift(x1 - kHalf, kGridBits) + 1, floor_shift(y1 - kHalf, kGridBits) + 1};
+}
+
+/// Saturating: whatever lies outside the picture stays outside.
+int to_sample(double v) { return static_cast<int>(std::clamp(std::floor(v), -1e6, 1e6)); }
+
+Range samples_around(const Spot& a, const Spot& b, double reach) {
+  return {to_sample(std::min(a.x, b.x) - reach), to_sample(std::min(a.y, b.y) - reach),
+          to_sample(std::max(a.x, b.x) + reach) + 1, to_sample(std::max(a.y, b.y) + reach) + 1};
+}
+
+Range clipped(const Range& r, const Tile& tile) {
+  return {std::max(r.x0 - tile.x0, 0), std::max(r.y0 - tile.y0, 0), std::min(r.x1 - tile.x0, tile.width),
+          std::min(r.y1 - tile.y0, tile.height)};
+}
+
+std::uint8_t shaded(double channel, double light) {
+  const double value = channel * light + 0.5;
+  return static_cast<std::uint8_t>(value < 255 ? value : 255);
+}
+
+/// 0.34 in the dark, 1.06 where the light stands upright; soft where the surface turns away.
+double brightness(Vec3 normal) {
+  const double wrapped = 0.5 + 0.5 * dot(normal, kLight);
+  return 0.34 + 0.72 * wrapped * wrapped;
+}
+
+// --- triangles ---------------------------------------------------------------------------------------------------
+
+struct Edge {
+  std::int64_t start, step_x, step_y;  // value at the first sample of the box, and from there
+};
+
+/// Positive on the inside; zero counts for top and left edges only (by one step of the integer).
+Edge edge_over(const Corner& a, const Corner& b, int x, int y) {
+  const std::int64_t dx = b.x - a.x, dy = b.y - a.y;
+  const std::int64_t px = static_cast<std::int64_t>(x) * kGridPerSample + kGridPerSample / 2 - a.x;
+  const std::int64_t py = static_cast<std::int64_t>(y) * kGridPerSample + kGridPerSample / 2 - a.y;
+  const bool top_left = dy < 0 || (dy == 0 && dx > 0);
+  return {dx * py - dy * px - (top_left ? 0 : 1), -dy * kGridPerSample, dx * kGridPerSample};
+}
+
+std::int64_t doubled_area(const Corner& a, const Corner& b, const Corner& c) {
+  return static_cast<std::int64_t>(b.x - a.x) * (c.y - a.y) - static_cast<std::int64_t>(b.y - a.y) * (c.x - a.x);
+}
+
+/// What the samples of one triangle need: colours at its corners or the error there, and brightness.
+struct FaceLook {
+  Rgb base;
+  std::array<double, 3> light{}, error{};
+  std::array<double, 3> edge_per_unit{};  // of the edge function against corner k, in samples of distance
+};
+
+class FacePainter {
+ public:
+  FacePainter(const Drawing& drawing, Tile& tile) : d_(drawing), tile_(tile) {}
+
+  void paint(std::uint32_t t) {
+    Triangle v = d_.mesh->triangles[t];
+    std::int64_t area = doubled_area(d_.corners[v[0]], d_.corners[v[1]], d_.corners[v[2]]);
+    if (area == 0) return;
+    const bool back = area > 0;  // y runs down: outward counter-clockwise turns negative
+    if (area < 0) {
+      std::swap(v[1], v[2]);
+      area = -area;
+    }
+    const Corner &a = d_.corners[v[0]], &b = d_.corners[v[1]], &c = d_.corners[v[2]];
+    const Range box = clipped(samples_of(a, b, c), tile_);
+    if (box.empty()) return;
+    const int x = box.x0 + tile_.x0, y = box.y0 + tile_.y0;
+    const std::array<Edge, 3> edge{edge_over(b, c, x, y), edge_over(c, a, x, y), edge_over(a, b, x, y)};
+    const double per_area = 1 / static_cast<double>(area);
+    // Depth as a plane through corner a; steps of a sample.
+    const double to_b = b.depth - a.depth, to_c = c.depth - a.depth;
+    const double slope_x =
+        (static_cast<double>(edge[1].step_x) * to_b + static_cast<double>(edge[2].step_x) * to_c) * per_area;
+    const double slope_y =
+        (static_cast<double>(edge[1].step_y) * to_b + static_cast<double>(edge[2].step_y) * to_c) * per_area;
+    const double from_x = tile_.x0 + 0.5 - static_cast<double>(a.x) / kGridPerSample;
+    const double from_y = tile_.y0 + 0.5 - static_cast<double>(a.y) / kGridPerSample;
+    FaceLook look;
+    bool ready = false;  // most triangles of a fine mesh are hidden or miss every sample: light them when seen
+    std::array<std::int64_t, 3> row{edge[0].start, edge[1].start, edge[2].start};
+    for (int sy = box.y0; sy < box.y1; ++sy) {
+      std::array<std::int64_t, 3> e = row;
+      const std::size_t start = tile_.row(sy);
+      const double row_depth = a.depth + slope_y * (sy + from_y);
+      for (int sx = box.x0; sx < box.x1; ++sx) {
+        if ((e[0] | e[1] | e[2]) >= 0) {
+          const auto z = static_cast<float>(row_depth + slope_x * (sx + from_x));
+          const std::size_t at = start + static_cast<std::size_t>(sx);
+          if (z > tile_.depth[at]) {
+            if (!ready) look = look_of(t, v, back);
+            ready = true;
+            tile_.depth[at] = z;
+            const double w1 = static_cast<double>(e[1]) * per_area, w2 = static_cast<double>(e[2]) * per_area;
+            tile_.colour[at] = colour(look, back, {1 - w1 - w2, w1, w2}, e);
+          }
+        }
+        for (std::size_t k = 0; k < 3; ++k) e[k] += edge[k].step_x;
+      }
+      for (std::size_t k = 0; k < 3; ++k) row[k] += edge[k].step_y;
+    }
+  }
+
+ private:
+  /// In the axes of the view, from the snapped corners' own depths: needs no position.
+  Vec3 flat_normal(const Triangle& v) const {
+    const auto place = [&](std::uint32_t i) {
+      const Corner& c = d_.corners[i];
+      return Vec3{static_cast<double>(c.x) / kGridPerSample, -static_cast<double>(c.y) / kGridPerSample, c.depth};
+    };
+    const Vec3 a = place(v[0]), n = cross(place(v[1]) - a, place(v[2]) - a);
+    return n.z < 0 ? unit(-n) : unit(n);  // to the viewer
+  }
+
+  FaceLook look_of(std::uint32_t t, const Triangle& v, bool back) const {
+    FaceLook look;
+    const Surface& s = d_.surface;
+    look.base = back ? s.back : s.front;
+    if (s.paint == Surface::Paint::Patches && !back && t < d_.mesh->patch.size())
+      look.base = patch_colour(d_.mesh->patch[t]);
+    const Vec3 flat = flat_normal(v);
+    for (std::size_t k = 0; k < 3; ++k) {
+      Vec3 n = d_.normals[v[k]];
+      if (back) n = -n;
+      look.light[k] = brightness(dot(n, flat) > kCreaseDot ? n : flat);
+      if (s.paint == Surface::Paint::Error) look.error[k] = s.error[v[k]];
+    }
+    if (s.wire_share > 0)
+      for (std::size_t k = 0; k < 3; ++k) {
+        const Corner &p = d_.corners[v[(k + 1) % 3]], &q = d_.corners[v[(k + 2) % 3]];
+        const double dx = q.x - p.x, dy = q.y - p.y;
+        look.edge_per_unit[k] = 1 / (std::sqrt(dx * dx + dy * dy) * kGridPerSample);
+      }
+    return look;
+  }
+
+  Packed colour(const FaceLook& look, bool back, const std::array<double, 3>& w,
+                const std::array<std::int64_t, 3>& e) const {
+    const Surface& s = d_.surface;
+    double light = w[0] * look.light[0] + w[1] * look.light[1] + w[2] * look.light[2];
+    Rgb base = look.base;
+    if (s.paint == Surface::Paint::Error) {
+      const double value = w[0] * look.error[0] + w[1] * look.error[1] + w[2] * look.error[2];
+      base = scale_.at(value);
+      // Colour carries the number here, light only hints at the shape; the inside is half grey.
+      light = 0.62 + 0.38 * light;
+      if (back) base = {half(base.r, s.back.r), half(base.g, s.back.g), half(base.b, s.back.b)};
+    }
+    Packed out{shaded(base.r, light), shaded(base.g, light), shaded(base.b, light), 1};
+    if (s.wire_share > 0) {
+      double distance = 1e9;
+      for (std::size_t k = 0; k < 3; ++k)
+        distance = std::min(distance, static_cast<double>(e[k]) * look.edge_per_unit[k]);
+      const double ink = s.wire_share * std::clamp(1.5 - distance, 0.0, 1.0);
+      if (ink > 0) out = {inked(out.r, kInk.r, ink), inked(out.g, kInk.g, ink), inked(out.b, kInk.b, ink), 1};
+    }
+    return out;
+  }
+  static std::uint8_t half(std::uint8_t a, std::uint8_t b) { return static_cast<std::uint8_t>((a + b) / 2); }
+  static std::uint8_t inked(std::uint8_t from, std::uint8_t to, double share) {
+    return static_cast<std::uint8_t>(from + (to - from) * share + 0.5);
+  }
+
+  const Drawing& d_;
+  Tile& tile_;
+  inline static const ErrorScale scale_;
+};
+
+// --- lines and dots ----------------------------------------------------------------------------------------------
+
+void paint_line(const Line& line, Tile& tile) {
+  const Range box = clipped(samples_around(line.a, line.b, line.half_width), tile);
+  const double dx = line.b.x - line.a.x, dy = line.b.y - line.a.y, length2 = dx * dx + dy * dy;
+  const double per_length2 = length2 > 0 ? 1 / length2 : 0, reach2 = line.half_width * line.half_width;
+  for (int sy = box.y0; sy < box.y1; ++sy)
+    for (int sx = box.x0; sx < box.x1; ++sx) {
+      const double px = sx + tile.x0 + 0.5 - line.a.x, py = sy + tile.y0 + 0.5 - line.a.y;
+      const double t = std::clamp((px * dx + py * dy) * per_length2, 0.0, 1.0);
+      const double ex = px - t * dx, ey = py - t * dy;
+      if (ex * ex + ey * ey > reach2) continue;
+      const auto z = static_cast<float>(line.a.depth + t * (line.b.depth - line.a.depth) + line.lift);
+      const std::size_t at = tile.row(sy) + static_cast<std::size_t>(sx);
+      if (!(z > tile.depth[at])) continue;
+      tile.depth[at] = z;
+      tile.colour[at] = {line.colour.r, line.colour.g, line.colour.b, 1};
+    }
+}
+
+void paint_dot(const Dot& dot, Tile& tile) {
+  const Range box = clipped(samples_around(dot.at, dot.at, dot.radius), tile);
+  const double reach2 = dot.radius * dot.radius;
+  const auto z = static_cast<float>(dot.at.depth + dot.lift);
+  for (int sy = box.y0; sy < box.y1; ++sy)
+    for (int sx = box.x0; sx < box.x1; ++sx) {
+      const double px = sx + tile.x0 + 0.5 - dot.at.x, py = sy + tile.y0 + 0.5 - dot.at.y;
+      const std::size_t at = tile.row(sy) + static_cast<std::size_t>(sx);
+      if (px * px + py * py > reach2 || !(z > tile.depth[at])) continue;
+      tile.depth[at] = z;
+      tile.colour[at] = {dot.colour.r, dot.colour.g, dot.colour.b, 1};
+    }
+}
+
+void shade_by_depth(Tile& tile) {
+  static constexpr int kSteps[8][2] = {{1, 0}, {-1, 0}, {0, 1}, {0, -1}, {1, 1}, {-1, 1}, {1, -1}, {-1, -1}};
+  const std::vector<Packed> before = tile.colour;
+  for (int y = kApron; y < tile.height - kApron; ++y)
+    for (int x = kApron; x < tile.width - kApron; ++x) {
+      const std::size_t at = tile.row(y) + static_cast<std::size_t>(x);
+      if (before[at].covered == 0) continue;
+      double sum = 0;
+      for (const auto& step : kSteps)
+        for (int reach : {2, kApron}) {
+          const float other = tile.depth[tile.row(y + step[1] * reach) + static_cast<std::size_t>(x + step[0] * reach)];
+          // A cliff counts no more than a steep slope: beyond that distance says nothing of shape.
+          if (other != kNothing) sum += std::clamp((other - tile.depth[at]) / static_cast<float>(reach), 0.0f, 4.0f);
+        }
+      const double light = 1 / (1 + 0.055 * sum);
+      const Packed& c = before[at];
+      tile.colour[at] = {shaded(c.r, light), shaded(c.g, light), shaded(c.b, light), 1};
+    }
+}
+
+// --- tiles -------------------------------------------------------------------------------------------------------
+
+/// Numbers of the things that may touch each tile, ascending.
+struct TileLists {
+  int columns = 0, rows = 0;
+  std::vector<std::size_t> first;  // per tile, and one more
+  std::vector<std::uint32_t> things;
+};
+
+class Binning {
+ public:
+  Binning(const Drawing& drawing, const Image& image, int apron)
+      : d_(drawing),
+        columns_((image.width + kTilePixels - 1) / kTilePixels),
+        rows_((image.height + kTilePixels - 1) / kTilePixels),
+        apron_(apron) {}
+
+  /// Counts per piece and tile, then every piece writes into places of its own: ascending whatever the threads.
+  TileLists run(const Context& context) const {
+    const std::size_t tiles = static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_);
+    const std::size_t faces = d_.mesh != nullptr ? d_.mesh->triangles.size() : 0;
+    const std::size_t count = faces + d_.lines.size() + d_.dots.size();
+    const std::size_t grain = std::max<std::size_t>(16384, count / 64 + 1), pieces = (count + grain - 1) / grain;
+    std::vector<std::size_t> place(pieces * tiles, 0);
+    for_each_piece(context, count, grain, [&](std::size_t b, std::size_t e, std::size_t piece, int) {
+      std::size_t* mine = place.data() + piece * tiles;
+      for (std::size_t i = b; i < e; ++i) for_tiles(i, faces, [&](std::size_t tile) { ++mine[tile]; });
+    });
+    TileLists lists{columns_, rows_, std::vector<std::size_t>(tiles + 1, 0), {}};
+    std::size_t sum = 0;
+    for (std::size_t tile = 0; tile < tiles; ++tile) {
+      lists.first[tile] = sum;
+      for (std::size_t piece = 0; piece < pieces; ++piece) sum += std::exchange(place[piece * tiles + tile], sum);
+    }
+    lists.first[tiles] = sum;
+    lists.things.resize(sum);
+    for_each_piece(context, count, grain, [&](std::size_t b, std::size_t e, std::size_t piece, int) {
+      std::size_t* mine = place.data() + piece * tiles;
+      for (std::size_t i = b; i < e; ++i)
+        for_tiles(i, faces, [&](std::size_t tile) { lists.things[mine[tile]++] = static_cast<std::uint32_t>(i); });
+    });
+    return lists;
+  }
+
+ private:
+  Range samples_of_thing(std::size_t i, std::size_t faces) const {
+    if (i < faces) {
+      const Triangle& t = d_.mesh->triangles[i];
+      const Corner &a = d_.corners[t[0]], &b = d_.corners[t[1]], &c = d_.corners[t[2]];
+      return doubled_area(a, b, c) == 0 ? Range{0, 0, 0, 0} : samples_of(a, b, c);
+    }
+    i -= faces;
+    if (i < d_.lines.size()) return samples_around(d_.lines[i].a, d_.lines[i].b, d_.lines[i].half_width);
+    const Dot& dot = d_.dots[i - d_.lines.size()];
+    return samples_around(dot.at, dot.at, dot.radius);
+  }
+  template <class F>
+  void for_tiles(std::size_t i, std::size_t faces, F&& take) const {
+    const Range s = samples_of_thing(i, faces);
+    if (s.empty()) return;
+    const int x0 = std::max(floor_shift(s.x0 - apron_, kTileBits), 0),
+              x1 = std::min(floor_shift(s.x1 - 1 + apron_, kTileBits), columns_ - 1),
+              y0 = std::max(floor_shift(s.y0 - apron_, kTileBits), 0),
+              y1 = std::min(floor_shift(s.y1 - 1 + apron_, kTileBits), rows_ - 1);
+    for (int y = y0; y <= y1; ++y)
+      for (int x = x0; x <= x1; ++x)
+        take(static_cast<std::size_t>(y) * static_cast<std::size_t>(columns_) + static_cast<std::size_t>(x));
+  }
+
+  const Drawing& d_;
+  int columns_, rows_, apron_;
+};
+
+/// Means of 2x2 samples into the pixels of the tile.
+void resolve(const Tile& tile, int apron, int pixel_x, int pixel_y, Image& image) {
+  const int right = std::min(pixel_x + kTilePixels, image.width),
+            bottom = std::min(pixel_y + kTilePixels, image.height);
+  for (int y = pixel_y; y < bottom; ++y)
+    for (int x = pixel_x; x < right; ++x) {
+      const std::size_t at = tile.row((y - pixel_y) * kSamplesPerPixel + apron) +
+                             static_cast<std::size_t>((x - pixel_x) * kSamplesPerPixel + apron);
+      std::uint8_t* p = image.at(x, y);
+      int r = 2, g = 2, b = 2, paper = 4;
+      for (const std::size_t s :
+           {at, at + 1, at + static_cast<std::size_t>(tile.width), at + static_cast<std::size_t>(tile.width) + 1}) {
+        const Packed& c = tile.colour[s];
+        if (c.covered == 0) continue;
+        r += c.r;
+        g += c.g;
+        b += c.b;
+        --paper;
+      }
+      p[0] = static_cast<std::uint8_t>((r + paper * p[0]) / 4);
+      p[1] = static_cast<std::uint8_t>((g + paper * p[1]) / 4);
+      p[2] = static_cast<std::uint8_t>((b + paper * p[2]) / 4);
+    }
+}
+
+}  // namespace
+
+Result<void> draw(const Drawing& drawing, Image& image, const Context& context) {
+  const int apron = drawing.depth_shading ? kApron : 0;
+  const TileLists lists = Binning(drawing, image, apron).run(context);
+  const std::size_t faces = drawing.mesh != nullptr ? drawing.mesh->triangles.size() : 0;
+  const std::size_t tiles = lists.first.size() - 1;
+  for_each_range(context, tiles, 1, [&](std::size_t number, std::size_t) {
+    if (lists.first[number] == lists.first[number + 1]) return;
+    const int pixel_x = static_cast<int>(number) % lists.columns * kTilePixels;
+    const int pixel_y = static_cast<int>(number) / lists.columns * kTilePixels;
+    Tile tile;
+    tile.x0 = pixel_x * kSamplesPerPixel - apron;
+    tile.y0 = pixel_y * kSamplesPerPixel - apron;
+    tile.width = tile.height = kTileSamples + 2 * apron;
+    tile.depth.assign(tile.row(tile.height), kNothing);
+    tile.colour.resize(tile.row(tile.height));
+    FacePainter painter(drawing, tile);
+    for (std::size_t i = lists.first[number]; i < lists.first[number + 1]; ++i) {
+      const std::size_t thing = lists.things[i];
+      if (thing < faces)
+        painter.paint(static_cast<std::uint32_t>(thing));
+      else if (thing < faces + drawing.lines.size())
+        paint_line(drawing.lines[thing - faces], tile);
+      else
+        paint_dot(drawing.dots[thing - faces - drawing.lines.size()], tile);
+    }
+    if (drawing.depth_shading) shade_by_depth(tile);
+    resolve(tile, apron, pixel_x, pixel_y, image);
+  });
+  if (context.cancel.is_set()) return fail(Code::Cancelled, "stopped while drawing a picture");
+  return {};
+}
+
+}  // namespace scanmill::render

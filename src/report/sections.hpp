@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+// The parts of the page, each appended to `out`; nothing where nothing is known. Internal to `report`.
+#pragma once
+#include <string>
+
+#include "report/scan_report.hpp"
+
+namespace scanmill::report {
+
+// verdict.cpp: what an operator sees first
+void add_verdict(const ScanReport& report, std::string& out);
+void add_tiles(const ScanReport& report, std::string& out);
+void add_notes(const ScanReport& report, std::string& out);
+void add_gates(const ScanReport& report, std::string& out);
+
+// fit.cpp: the metrologist's figures
+void add_fit(const ScanReport& report, std::string& out);
+
+// surface.cpp: what became of points, and the mesh
+void add_points(const ScanReport& report, std::string& out);
+void add_mesh(const ScanReport& report, std::string& out);
+void add_loops(const ScanReport& report, std::string& out);
+void add_patches(const ScanReport& report, std::string& out);
+void add_swaps(const ScanReport& report, std::string& out);
+
+// origin.cpp: what went in and how to get it again
+void add_parameters(const ScanReport& report, std::string& out);
+void add_files(const ScanReport& report, std::string& out);
+void add_footer(const ScanReport& report, std::string& out);
+
+/// "<h2 id=...>...</h2>"
+void add_heading(std::string& out, const char* id, const char* title);
+
+}  // namespace scanmill::report

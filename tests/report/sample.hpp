@@ -1,0 +1,13 @@
+// SPDX-License-Identifier: Apache-2.0
+// A report with every field filled, as the pipeline fills it after a scan; numbers are made up but fit together.
+#pragma once
+#include "report/scan_report.hpp"
+
+namespace scanmill::report {
+
+/// Fails no gate.
+ScanReport sample_report();
+/// What a scan without gates, sensor, pictures and fit leaves: the least there is.
+ScanReport bare_report();
+
+}  // namespace scanmill::report
