@@ -8,6 +8,8 @@
 #include "base/random.hpp"
 #include "formats/mesh_reader.hpp"
 #include "formats/probe.hpp"
+#include "store/files.hpp"
+#include "support/temp_folder.hpp"
 
 namespace scanmill::formats {
 namespace {
@@ -331,6 +333,35 @@ TEST(ReadMesh, MeshOfTurnsAndSortsTriangles) {
   const Mesh mesh = mesh_of(file);
   EXPECT_EQ(mesh.triangles, (std::vector<Triangle>{{0, 1, 2}, {1, 2, 3}}));
   EXPECT_EQ(mesh.patch, (std::vector<std::uint32_t>{9, 8}));
+}
+
+TEST(ReadMesh, ReadsTheCollectedFiles) {
+  if (support::data_folder().empty()) GTEST_SKIP() << "no development data";
+  const struct {
+    const char* path;
+    const char* format;
+    std::size_t vertices, triangles;
+  } kFiles[] = {{"cad/bottle_ascii.stl", "stl ascii", 1191, 1240},
+                {"cad/angle_block.STL", "stl binary", 398, 704},
+                {"formats/stl/Spider_ascii.stl", "stl ascii", 722, 1368},
+                {"formats/stl/Spider_binary.stl", "stl binary", 722, 1368},
+                {"broken/CubeInvalidUnicode.stl", "stl binary", 8, 12},
+                {"cad/cube.off", "off", 24, 12},
+                {"clouds/fandisk.obj", "obj", 6475, 12946},
+                {"clouds/igea.ply", "ply binary_little_endian", 134345, 268686},
+                {"formats/ply/platonic_shelf_ascii.ply", "ply ascii", 50, 80},
+                {"formats/ply/platonic_shelf_big_endian.ply", "ply binary_big_endian", 50, 80},
+                {"range-views/bunny/bun_zipper.ply", "ply ascii", 35947, 69451}};
+  for (const auto& wanted : kFiles) {
+    SCOPED_TRACE(wanted.path);
+    auto source = store::open_file(support::data_folder() + "/" + wanted.path, wanted.path);
+    ASSERT_TRUE(source.ok());
+    const auto file = read_mesh(std::shared_ptr<const ByteSource>(std::move(*source)));
+    ASSERT_TRUE(file.ok()) << file.error().text();
+    EXPECT_EQ(file->format, wanted.format);
+    EXPECT_EQ(file->positions.size(), wanted.vertices);
+    EXPECT_EQ(file->triangles.size(), wanted.triangles);
+  }
 }
 
 TEST(ReadMesh, SurvivesEveryCutAndDamage) {
