@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "base/text.hpp"
-#include "export/little_endian.hpp"
+#include "export/facet.hpp"
 #include "export/writers.hpp"
 
 namespace scanmill::exporting {
@@ -15,27 +15,6 @@ constexpr std::size_t kHeaderBytes = 80, kPreambleBytes = 84, kRecordBytes = 50;
 constexpr std::size_t kRecordsAtOnce = 8192;
 // No "solid" in front: readers take that for ASCII. No time and no version: equal meshes give equal files.
 constexpr std::string_view kTitle = "scanmill binary STL UNITS=mm";
-
-struct FloatCorner {
-  float x, y, z;
-};
-
-FloatCorner corner_of(const Mesh& mesh, std::uint32_t vertex) {
-  const Vec3& p = mesh.positions[vertex];
-  return {without_minus_zero(static_cast<float>(p.x)), without_minus_zero(static_cast<float>(p.y)),
-          without_minus_zero(static_cast<float>(p.z))};
-}
-
-/// Zero for a triangle without area, as STL readers expect.
-FloatCorner normal_of(FloatCorner a, FloatCorner b, FloatCorner c) {
-  const Vec3 u{double{b.x} - a.x, double{b.y} - a.y, double{b.z} - a.z};
-  const Vec3 v{double{c.x} - a.x, double{c.y} - a.y, double{c.z} - a.z};
-  const Vec3 n = cross(u, v);
-  const double length = norm(n);
-  if (!(length > 0)) return {0, 0, 0};
-  return {without_minus_zero(static_cast<float>(n.x / length)), without_minus_zero(static_cast<float>(n.y / length)),
-          without_minus_zero(static_cast<float>(n.z / length))};
-}
 
 char* put_record(char* at, const Mesh& mesh, const Triangle& triangle) {
   const FloatCorner a = corner_of(mesh, triangle[0]), b = corner_of(mesh, triangle[1]),

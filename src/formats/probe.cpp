@@ -8,6 +8,7 @@
 
 #include "formats/cursor.hpp"
 #include "formats/decimal.hpp"
+#include "formats/mesh_builder.hpp"
 #include "formats/ply_header.hpp"
 #include "formats/text_columns.hpp"
 
@@ -67,13 +68,8 @@ bool holds_pose_matrices(std::string_view text, bool complete) {
   return rows >= 4 && (rows % 4 == 0 || !complete);
 }
 
-/// The size of a binary STL follows from its count field.
-bool is_binary_stl(std::string_view bytes, std::uint64_t size) {
-  if (bytes.size() < 84) return false;
-  std::uint32_t count = 0;
-  std::memcpy(&count, bytes.data() + 80, 4);
-  return size == 84 + 50ull * count;
-}
+/// Formats whose files are read as meshes, though not as clouds.
+bool is_mesh_format(std::string_view format) { return format == "STL" || format == "OBJ" || format == "OFF"; }
 
 Probe probe_ply(const ByteSource& source) {
   Probe result{FileKind::Ply, "ply", false};
@@ -116,8 +112,8 @@ Result<Probe> probe(const ByteSource& source) {
       return Probe{FileKind::Unsupported, magic.format, false};
   if (suffix == "ply") return Probe{FileKind::Ply, "ply", false};
   for (const Suffix& row : kUnsupported)
-    if (row.suffix == suffix) return Probe{FileKind::Unsupported, row.format, false};
-  if (is_binary_stl(bytes, source.size())) return Probe{FileKind::Unsupported, "STL", false};
+    if (row.suffix == suffix) return Probe{FileKind::Unsupported, row.format, is_mesh_format(row.format)};
+  if (is_binary_stl(bytes, source.size())) return Probe{FileKind::Unsupported, "STL", true};
   if (!bytes.empty() && !is_text(bytes))
     return Probe{suffix != "txt" && suffix != "dat" && is_point_suffix(suffix) ? FileKind::Text : FileKind::Other,
                  "text", false};

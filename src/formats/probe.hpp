@@ -19,7 +19,7 @@ enum class FileKind {
 struct Probe {
   FileKind kind = FileKind::Other;
   std::string format;      // "ply", "text", or the name of the unsupported format
-  bool has_faces = false;  // Ply with a face element that is not empty
+  bool has_faces = false;  // Ply with a face element that is not empty; STL, OBJ, OFF (see mesh_reader.hpp)
 };
 
 /// Lower-case text behind the last '.' of the last part of a path; empty when there is none.

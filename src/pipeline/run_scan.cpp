@@ -6,6 +6,7 @@
 #include "base/digest.hpp"
 #include "base/text.hpp"
 #include "export/writers.hpp"
+#include "pipeline/clean_scan.hpp"
 #include "pipeline/scan_points.hpp"
 #include "pipeline/scan_record.hpp"
 #include "pipeline/surface.hpp"
@@ -67,8 +68,8 @@ void add_notes(const MeshedSurface& surface, const reduce::Report& report, const
 }  // namespace
 
 std::vector<std::pair<std::string, std::string>> stage_versions() {
-  return {{"read", "1"},  {"reduce", "2"}, {"stars", "1"},  {"front", "1"},
-          {"merge", "1"}, {"grow", "1"},   {"export", "1"}, {"record", "1"}};
+  return {{"read", "1"},  {"clean", "1"}, {"reduce", "2"}, {"stars", "1"}, {"front", "1"},
+          {"merge", "1"}, {"grow", "1"},  {"export", "1"}, {"record", "1"}};
 }
 
 Result<std::string> fingerprint_of(const std::string& archive, const ScanSpec& scan, const What& what,
@@ -108,9 +109,14 @@ Result<ScanResult> run_scan(const std::string& archive, const ScanSpec& scan, co
     for (const std::string& note : view.header.notes) result.notes.push_back(view.path + ": " + note);
   clock.lap("open");
 
-  const WatchedPoints watched(*points, "reduce", progress);
+  auto clean = clean_scan(*points, what, context, progress);
+  if (!clean.ok()) return name_file(std::move(clean).error(), scan);
+  const CleanedScan cleaned = std::move(clean).value();
+  if (cleaned.cleaned) clock.lap("clean");
+
+  const WatchedPoints watched(*cleaned.points, "reduce", progress);
   auto reduced = reduce::reduce_cloud(watched, what.lattice, what.reduce, context);
-  if (!reduced.ok()) return name_file(std::move(reduced).error(), scan);
+  if (!reduced.ok()) return name_file(explained(std::move(reduced).error(), cleaned), scan);
   reduce::Reduction reduction = std::move(reduced).value();
   const reduce::Report& report = reduction.report;
   if (std::string problem = implausible_size(report.bounds, points->units_mm(), report.bin_mm); !problem.empty())
@@ -126,11 +132,12 @@ Result<ScanResult> run_scan(const std::string& archive, const ScanSpec& scan, co
   TRY_ASSIGN(const std::string stl_digest, write_and_check_stl(surface.mesh, folder + "/mesh.stl"));
   clock.lap("export");
 
+  add_clean_notes(cleaned, result.notes);
   add_notes(surface, report, surface.mesh, result.notes);
   TRY_ASSIGN(const std::vector<std::string> digests, points->digests(context));
   TRY(points->verify_unchanged());
   TRY_ASSIGN(const provenance::Record record,
-             record_of(archive, scan, what, *points, digests, reduction, surface, result.notes, stl_digest));
+             record_of(archive, scan, what, *points, cleaned, digests, reduction, surface, result.notes, stl_digest));
   TRY_ASSIGN(result.record_identity, provenance::write_record(record, folder + "/record.h5"));
   clock.lap("record");
 

@@ -141,9 +141,9 @@ std::vector<std::string> drop_names() {
 }
 
 Result<Record> record_of(const std::string& archive, const ScanSpec& scan, const What& what, const ScanPoints& points,
-                         const std::vector<std::string>& digests, const reduce::Reduction& reduction,
-                         const MeshedSurface& surface, const std::vector<std::string>& notes,
-                         const std::string& stl_digest) {
+                         const CleanedScan& cleaned, const std::vector<std::string>& digests,
+                         const reduce::Reduction& reduction, const MeshedSurface& surface,
+                         const std::vector<std::string>& notes, const std::string& stl_digest) {
   Record record;
   record.scan = scan.name;
   record.what_json = document::to_canonical_json(to_document(what));
@@ -151,6 +151,7 @@ Result<Record> record_of(const std::string& archive, const ScanSpec& scan, const
   add_inputs(scan, points, digests, record);
   add_reduced(reduction, record);
   add_surface(surface, record);
+  add_clean_counters(cleaned, record);
   add_counters(reduction.report, surface, record);
   record.notes = notes;
   record.stage_versions = stage_versions();

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "pipeline/clean_scan.hpp"
 #include "pipeline/discovery.hpp"
 #include "pipeline/scan_points.hpp"
 #include "pipeline/surface.hpp"
@@ -16,9 +17,10 @@ namespace scanmill::pipeline {
 /// `digests`: SHA-256 of each view of `points`. The record refers to `surface.mesh`.
 /// errors  what reading the description (plan, .conf) reports
 Result<provenance::Record> record_of(const std::string& archive, const ScanSpec& scan, const What& what,
-                                     const ScanPoints& points, const std::vector<std::string>& digests,
-                                     const reduce::Reduction& reduction, const MeshedSurface& surface,
-                                     const std::vector<std::string>& notes, const std::string& stl_digest);
+                                     const ScanPoints& points, const CleanedScan& cleaned,
+                                     const std::vector<std::string>& digests, const reduce::Reduction& reduction,
+                                     const MeshedSurface& surface, const std::vector<std::string>& notes,
+                                     const std::string& stl_digest);
 
 /// Names of reduce::Drop, by number.
 std::vector<std::string> drop_names();

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "base/text.hpp"
+#include "pipeline/clean_keys.hpp"
 #include "plan/plan.hpp"
 
 namespace scanmill::pipeline {
@@ -14,7 +15,7 @@ using document::Problems;
 using document::shown;
 
 constexpr std::string_view kKeys[] = {
-    "profile", "units", "mesh_vertices_as_scan", "lattice", "reduce", "grow", "seeds", "merge", "outputs"};
+    "profile", "units", "mesh_vertices_as_scan", "clean", "lattice", "reduce", "grow", "seeds", "merge", "outputs"};
 constexpr std::string_view kProfiles[] = {"scan", "paper"};
 constexpr std::string_view kUnits[] = {"mm", "cm", "m", "um", "in"};
 constexpr std::string_view kOutputs[] = {"stl"};
@@ -140,8 +141,8 @@ void read_merge(const Node& section, What& what, Problems& problems) {
   document::read_fields(known, "merge", merge::Params::fields(), &what.merge, {}, problems);
 }
 
-/// Everything that can be judged on a part of a job.
-What read(const Node& root, Problems& problems) {
+/// Everything that can be judged on a part of a job; `complete` when it is a whole one.
+What read(const Node& root, bool complete, Problems& problems) {
   What what;
   if (!root.is_map()) {
     problems.add(root.mark, "", "found " + shown(root) + "; wanted a map of keys, such as lattice: {bin_mm: 1}");
@@ -152,6 +153,7 @@ What read(const Node& root, Problems& problems) {
       document::read_field(*value, std::string(row.name), row, &what, problems);
   set_profile(what);
   if (const Node* value = root.find("units")) read_units(*value, what, problems);
+  if (const Node* value = root.find("clean")) read_clean(*value, complete, what.clean, problems);
   auto section = [&](std::string_view key, std::span<const Field> table, void* object) {
     if (const Node* value = root.find(key))
       document::read_fields(*value, std::string(key), table, object, {}, problems);
@@ -175,18 +177,21 @@ What read(const Node& root, Problems& problems) {
 
 Result<What> what_from(const Node& root, const std::string& name, bool needs_bin) {
   Problems problems(name);
-  What what = read(root, problems);
+  What what = read(root, true, problems);
   if (needs_bin && given_of(root, kExclusive[0]).empty()) {
     const Node* lattice = root.find("lattice");
     problems.add(
         lattice ? lattice->mark : root.mark, "lattice",
         "found no bin size; one of " + document::joined(kBinKeys) + " must be given, e.g. lattice: {bin_mm: 1}");
   }
+  if (needs_bin && what.clean.outliers && !what.clean.outliers->bin_mm && !what.lattice.bin_mm)
+    problems.add(root.find("clean")->mark, "clean.outliers",
+                 "found no bin edge; give clean.outliers.bin_mm, since lattice.bin_mm is not given");
   if (!problems.empty()) return problems.error();
   return what;
 }
 
-void check_part(const Node& part, Problems& problems) { (void)read(part, problems); }
+void check_part(const Node& part, Problems& problems) { (void)read(part, false, problems); }
 
 namespace {
 void overlay(Node& base, const Node& over) {
@@ -221,6 +226,7 @@ Node to_document(const What& what) {
   tree.set("profile", kProfiles[static_cast<std::size_t>(what.profile)]);
   tree.set("units", what.units);
   tree.set("mesh_vertices_as_scan", what.mesh_vertices_as_scan);
+  tree.set("clean", clean_to_document(what.clean));
   tree.set("lattice", document::fields_to_document(reduce::LatticeParams::fields(), &what.lattice));
   tree.set("reduce", document::fields_to_document(reduce::Params::fields(), &what.reduce));
   Node grow = document::fields_to_document(GrowthLimits::fields(), &what.grow);

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "base/result.hpp"
+#include "clean/params.hpp"
 #include "document/document.hpp"
 #include "document/read_fields.hpp"
 #include "grow/params.hpp"
@@ -23,6 +24,7 @@ struct What {
   double units_mm = 1;  // mm per unit of input files that do not say themselves (a plan does)
   std::string units = "mm";
   bool mesh_vertices_as_scan = false;
+  clean::Params clean;
   reduce::LatticeParams lattice;
   reduce::Params reduce;
   GrowthLimits grow;
@@ -31,10 +33,10 @@ struct What {
   std::vector<std::string> outputs{"stl"};  // "stl" for now
 };
 
-/// Reads the what keys (profile, units, mesh_vertices_as_scan, lattice, reduce, grow, seeds, merge, outputs) of a tree;
-/// keys of others are left alone. `profile` sets the defaults, single keys override. `needs_bin` false: a tree without
-/// a bin size is fine (tools that do not bin).
-/// errors  BadParameter, all problems at once, one per line: "name:line:column: key: found; allowed; nearest"
+/// Reads the what keys (profile, units, mesh_vertices_as_scan, clean, lattice, reduce, grow, seeds, merge, outputs) of
+/// a tree; keys of others are left alone. `profile` sets the defaults, single keys override. `needs_bin` false: a tree
+/// without a bin size is fine (tools that do not bin). errors  BadParameter, all problems at once, one per line:
+/// "name:line:column: key: found; allowed; nearest"
 Result<What> what_from(const document::Node& root, const std::string& name, bool needs_bin = true);
 /// The problems of a tree that need not be complete (an entry of `overrides`): the same lines, but no bin size is asked
 /// for.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The what keys as draft-07 schemas, from the same tables that read them.
 #include "document/read_fields.hpp"
+#include "pipeline/clean_keys.hpp"
 #include "pipeline/what.hpp"
 
 namespace scanmill::pipeline {
@@ -88,6 +89,7 @@ Node what_schema() {
   properties.set("units",
                  words_schema(unit_words(), "Length unit of input files that do not say it themselves.", "mm"));
   top("mesh_vertices_as_scan");
+  properties.set("clean", clean_schema());
   section("lattice", reduce::LatticeParams::fields(), &defaults.lattice,
           "Bins; exactly one of bin_mm, target_points, target_bins.");
   section("reduce", reduce::Params::fields(), &defaults.reduce, "Which point of each bin is kept.");

@@ -18,8 +18,8 @@ constexpr std::string_view kOwnKeys[] = {"scanmill",  "archive",  "scans", "over
                                          "resources", "executor", "strict"};
 // Keys of the contract that this version would ignore are refused by name, so that no job silently does less than it
 // says.
-constexpr std::string_view kLaterKeys[] = {"views",    "format", "clean", "optimise", "verify",
-                                           "settle_s", "brick",  "retry", "notify",   "cluster"};
+constexpr std::string_view kLaterKeys[] = {"views", "format", "optimise", "verify", "settle_s",
+                                           "brick", "retry",  "notify",   "cluster"};
 constexpr std::string_view kLaterResources[] = {"disk", "scan_time_limit", "until"};
 constexpr std::string_view kMemoryKey[] = {"memory"};
 constexpr std::string_view kExecutors[] = {"inline", "local"};

@@ -84,6 +84,62 @@ TEST(WhatFrom, SeedsComeInThreeForms) {
     EXPECT_NE(error_of(std::string("lattice: {bin_mm: 1}\n") + bad + "\n").find("seeds"), std::string::npos) << bad;
 }
 
+TEST(WhatFrom, CleanRulesAreRead) {
+  const auto w = what(
+      "lattice: {bin_mm: 1}\nclean:\n  keep_box: {min: [0, 0, -1], max: [1, 2.5, 3]}\n"
+      "  remove_box: [{min: [0, 0, 0], max: [1, 1, 1]}, {min: [2, 2, 2], max: [3, 3, 3]}]\n"
+      "  remove_plane: {fit: true, distance_mm: 0.3, below: true}\n"
+      "  outliers: {statistical: {neighbours: 5}, min_component_share: 0.01, component_range_bins: 2}\n");
+  ASSERT_TRUE(w.ok()) << w.error().text();
+  EXPECT_EQ(w->clean.keep_box->high, (Vec3{1, 2.5, 3}));
+  EXPECT_EQ(w->clean.remove_box.size(), 2u);
+  EXPECT_TRUE(w->clean.remove_plane->fit && w->clean.remove_plane->below);
+  EXPECT_EQ(w->clean.outliers->statistical->neighbours, 5);
+  EXPECT_EQ(w->clean.outliers->statistical->deviations, 3);
+  EXPECT_EQ(w->clean.outliers->min_component_share, 0.01);
+  EXPECT_TRUE(w->clean.problems().empty()) << w->clean.problems()[0];
+  const auto one_box = what("lattice: {bin_mm: 1}\nclean: {remove_box: {min: [0, 0, 0], max: [1, 1, 1]}}\n");
+  ASSERT_TRUE(one_box.ok()) << one_box.error().text();
+  EXPECT_EQ(one_box->clean.remove_box.size(), 1u);
+  const auto off = what("lattice: {bin_mm: 1}\nclean: {keep_box: off, remove_box: off, outliers: off}\n");
+  ASSERT_TRUE(off.ok()) << off.error().text();
+  EXPECT_FALSE(off->clean.any());
+}
+
+TEST(WhatFrom, CleanRulesNameEveryMistakeWithItsPlace) {
+  const std::string text = error_of(
+      "lattice: {target_bins: 100}\nclean:\n  keep_bx: 1\n  keep_box: {min: [0, 0], max: [1, 1, 1]}\n"
+      "  remove_box: [{min: [0, 0, 0]}, {min: [2, 0, 0], max: [1, 1, 1]}, 5]\n"
+      "  remove_plane: {normal: [0, 0, 0], distanc_mm: 1, min_share: 2}\n"
+      "  outliers: {neighbours: 3}\n");
+  for (const char* line :
+       {"job.yaml:3:3: clean.keep_bx: unknown key; allowed keep_box, remove_box, remove_plane, outliers; nearest "
+        "keep_box",
+        "job.yaml:4:19: clean.keep_box.min: found a list; allowed three numbers [x, y, z] in mm",
+        "clean.remove_box[0]: found no max", "clean.remove_box[1]: found a min that is not below max on each axis",
+        "clean.remove_box[2]: found 5; allowed a map of min, max", "clean.remove_plane.normal: found a zero vector",
+        "clean.remove_plane.distanc_mm: unknown key", "nearest distance_mm",
+        "clean.remove_plane: found no distance_mm; it must be given",
+        "clean.remove_plane: found no plane; wanted fit: true", "clean.remove_plane.min_share: found 2; allowed [0, 1]",
+        "clean.outliers.neighbours: unknown key", "clean.outliers: found no rule",
+        "clean.outliers: found no bin edge; give clean.outliers.bin_mm"})
+    EXPECT_NE(text.find(line), std::string::npos) << line << "\nin\n" << text;
+  EXPECT_NE(error_of("lattice: {bin_mm: 1}\nclean: {remove_plane: {fit: true, point: [0, 0, 0], distance_mm: 1}}\n")
+                .find("exclude each other"),
+            std::string::npos);
+}
+
+TEST(CheckPart, TakesCleanRulesThatAreNotWhole) {
+  document::Problems problems("job.yaml");
+  check_part(*document::parse_yaml("clean: {keep_box: {min: [0, 0, 0]}, remove_plane: {distance_mm: 2}, outliers: "
+                                   "{bin_mm: 2}}\n",
+                                   "job.yaml"),
+             problems);
+  EXPECT_TRUE(problems.empty()) << problems.error().text();
+  check_part(*document::parse_yaml("clean: {remove_plane: {distance_mm: -2}}\n", "job.yaml"), problems);
+  EXPECT_FALSE(problems.empty());
+}
+
 TEST(OverlayWhat, KeyTakesThePlaceOfThoseItExcludes) {
   const auto base =
       *document::parse_yaml("lattice: {bin_mm: 1, origin: bounds}\ngrow: {max_normal_deg: 20}\nseeds: auto\n", "x");
@@ -101,6 +157,10 @@ TEST(ToDocument, ReadsBackToTheSameCanonicalText) {
   for (const char* text :
        {"lattice: {bin_mm: 0.36}\n",
         "profile: paper\nlattice: {target_points: 3000}\nseeds: [[1, 2.5, -3]]\nunits: m\n",
+        "lattice: {bin_mm: 1}\nclean: {keep_box: {min: [0, 0, 0], max: [1, 1, 1]}, remove_box: {min: [0, 0, 0], max: "
+        "[1, "
+        "1, 1]}, remove_plane: {point: [0, 0, 0], normal: [0, 0, 1], distance_mm: 0.5}, outliers: {statistical: {}, "
+        "min_component_points: 9}}\n",
         "lattice: {bin_mm: 1}\ngrow: {max_normal_deg: 30, engine: front}\nreduce: {min_neighbour_distance: off}\n"}) {
     const auto first = what(text);
     ASSERT_TRUE(first.ok()) << first.error().text();

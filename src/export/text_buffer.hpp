@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+// Text on its way to a sink: shortest numbers, large pieces.
+#pragma once
+#include <charconv>
+#include <cstring>
+#include <string_view>
+#include <vector>
+
+#include "base/bytes.hpp"
+
+namespace scanmill::exporting {
+
+class TextBuffer {
+ public:
+  explicit TextBuffer(ByteSink& sink) : sink_(sink), bytes_(kBytes + kMargin) {}
+  TextBuffer& text(std::string_view text) {
+    std::memcpy(bytes_.data() + used_, text.data(), text.size());
+    used_ += text.size();
+    return *this;
+  }
+  /// The shortest text that reads back to the same value of its type.
+  template <class Number>
+  TextBuffer& number(Number value) {
+    char* begin = bytes_.data() + used_;
+    used_ = static_cast<std::size_t>(std::to_chars(begin, bytes_.data() + bytes_.size(), value).ptr - bytes_.data());
+    return *this;
+  }
+  /// Between two calls at most kMargin bytes may be added.
+  Result<void> flush_when_full() { return used_ >= kBytes ? flush() : Result<void>{}; }
+  Result<void> flush() {
+    const std::size_t size = used_;
+    used_ = 0;
+    return size == 0 ? Result<void>{} : sink_.write(std::span<const char>(bytes_.data(), size));
+  }
+
+ private:
+  static constexpr std::size_t kBytes = 1 << 18, kMargin = 1 << 12;
+  ByteSink& sink_;
+  std::vector<char> bytes_;
+  std::size_t used_ = 0;
+};
+
+}  // namespace scanmill::exporting
