@@ -30,7 +30,7 @@ Closest closest_on_sides(Vec3 p, Vec3 a, Vec3 b, Vec3 c) {
 
 }  // namespace
 
-Closest closest_on_triangle(Vec3 p, Vec3 a, Vec3 b, Vec3 c) {
+Closest closest_on_triangle(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c) {
   const Vec3 ab = b - a, ac = c - a, ap = p - a, n = cross(ab, ac);
   const double n2 = norm2(n);
   if (!(n2 > kFlatSine2 * norm2(ab) * norm2(ac))) return closest_on_sides(p, a, b, c);

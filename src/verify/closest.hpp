@@ -18,6 +18,6 @@ struct Closest {
 /// Nearest place of the closed triangle (a, b, c) to p, by the region p lies in. A triangle as flat as rounding (sine
 /// at a below 1e-8, or two corners in one place) counts as its three sides; of equally near sides the first. source  C.
 /// Ericson, Real-Time Collision Detection (2005), section 5.1.5, for the regions
-Closest closest_on_triangle(Vec3 p, Vec3 a, Vec3 b, Vec3 c);
+Closest closest_on_triangle(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c);
 
 }  // namespace scanmill::verify

@@ -23,7 +23,7 @@ constexpr float kNowhere = 1e15f;
 struct FloatPoint {
   __m128 x, y, z;
   float size;  // |x| + |y| + |z|
-  FloatPoint(Vec3 p, const float* origin) {
+  FloatPoint(const Vec3& p, const float* origin) {
     const auto fx = static_cast<float>(p.x - static_cast<double>(origin[0]));
     const auto fy = static_cast<float>(p.y - static_cast<double>(origin[1]));
     const auto fz = static_cast<float>(p.z - static_cast<double>(origin[2]));
@@ -124,40 +124,46 @@ struct TriangleIndex::Search::Best {
 
 TriangleIndex::Search::Search(const TriangleIndex& index) : index_(&index), reach_(index.leaf_size_ / 8) {}
 
-void TriangleIndex::Search::try_leaf(std::uint32_t number, Vec3 p, Best& best) const {
+void TriangleIndex::Search::try_leaf(std::uint32_t number, const Vec3& p, Best& best) const {
   const Leaf& leaf = index_->leaves_[number];
   const FloatPoint local(p, leaf.origin);
   const float margin = kMargin * (local.size + leaf.radius);
-  alignas(16) float bound2[kLeaf];
-  const __m128 limit = _mm_set1_ps(best.limit2(margin));
-  unsigned lanes = 0;
-  for (unsigned half = 0; half < 2; ++half) {
-    const __m128 b = bounds2(leaf.plane[half], local);
-    _mm_store_ps(bound2 + 4 * half, b);
-    lanes |= static_cast<unsigned>(_mm_movemask_ps(_mm_cmpngt_ps(b, limit))) << (4 * half);  // what is no number stays
+  const __m128 b0 = bounds2(leaf.plane[0], local), b1 = bounds2(leaf.plane[1], local);
+  auto within = [](__m128 bounds, __m128 limit) {  // what is no number stays
+    return static_cast<unsigned>(_mm_movemask_ps(_mm_cmpngt_ps(bounds, limit)));
+  };
+  auto lanes_within = [&](float limit2) {
+    const __m128 limit = _mm_set1_ps(limit2);
+    return within(b0, limit) | within(b1, limit) << 4;
+  };
+  unsigned lanes = lanes_within(best.limit2(margin));
+  if (lanes == 0) return;
+  if ((lanes & (lanes - 1)) != 0) {  // several: the one with the least bound, which mostly rules out the others
+    __m128 least = _mm_min_ps(b0, b1);
+    least = _mm_min_ps(least, _mm_movehl_ps(least, least));
+    least = _mm_min_ss(least, _mm_shuffle_ps(least, least, 1));
+    const unsigned first = lanes & lanes_within(_mm_cvtss_f32(least));
+    const unsigned lane = static_cast<unsigned>(__builtin_ctz(first != 0 ? first : lanes));
+    measure(leaf.triangle[lane], number, p, best);
+    lanes &= ~(1u << lane) & lanes_within(best.limit2(margin));
   }
-  while (lanes != 0) {
-    unsigned lane = static_cast<unsigned>(__builtin_ctz(lanes));
-    for (unsigned rest = lanes & (lanes - 1); rest != 0; rest &= rest - 1) {
-      const auto other = static_cast<unsigned>(__builtin_ctz(rest));
-      if (bound2[other] < bound2[lane]) lane = other;
-    }
-    lanes &= ~(1u << lane);
-    if (bound2[lane] > best.limit2(margin)) continue;
-    const std::uint32_t t = leaf.triangle[lane];
-    if (t == kNoTriangle) continue;
-    const Triangle& corners = index_->mesh_->triangles[t];
-    const Vec3* at = index_->mesh_->positions.data();
-    const Closest found = closest_on_triangle(p, at[corners[0]], at[corners[1]], at[corners[2]]);
-    if (found.distance2 < best.hit.distance2 || (found.distance2 == best.hit.distance2 && t < best.hit.triangle)) {
-      best.hit = {found.distance2, t, found.feature};
-      best.bound = static_cast<float>(std::sqrt(found.distance2)) * (1 + kMargin);
-      best.leaf = number;
-    }
+  for (; lanes != 0; lanes &= lanes - 1)
+    measure(leaf.triangle[static_cast<unsigned>(__builtin_ctz(lanes))], number, p, best);
+}
+
+inline void TriangleIndex::Search::measure(std::uint32_t t, std::uint32_t leaf, const Vec3& p, Best& best) const {
+  if (t == kNoTriangle) return;
+  const Triangle& corners = index_->mesh_->triangles[t];
+  const Vec3* at = index_->mesh_->positions.data();
+  const Closest found = closest_on_triangle(p, at[corners[0]], at[corners[1]], at[corners[2]]);
+  if (found.distance2 < best.hit.distance2 || (found.distance2 == best.hit.distance2 && t < best.hit.triangle)) {
+    best.hit = {found.distance2, t, found.feature};
+    best.bound = static_cast<float>(std::sqrt(found.distance2)) * (1 + kMargin);
+    best.leaf = leaf;
   }
 }
 
-void TriangleIndex::Search::walk(Vec3 p, Best& best) const {
+void TriangleIndex::Search::walk(const Vec3& p, Best& best) const {
   struct Visit {
     std::uint32_t level, node;
     float distance2;
@@ -223,8 +229,7 @@ bool TriangleIndex::Search::gather(const Bounds& box) {
   return !leaves_.empty();
 }
 
-TriangleIndex::Search::Best TriangleIndex::Search::among_gathered(Vec3 p) const {
-  Best best;
+void TriangleIndex::Search::among_gathered(const Vec3& p, Best& best) const {
   try_leaf(last_leaf_, p, best);
   const FloatPoint at(p, kZero);
   const float margin = kBoxMargin * at.size;
@@ -236,7 +241,6 @@ TriangleIndex::Search::Best TriangleIndex::Search::among_gathered(Vec3 p) const 
       if (i < leaves_.size() && leaves_[i] != last_leaf_) try_leaf(leaves_[i], p, best);
     }
   }
-  return best;
 }
 
 void TriangleIndex::Search::nearest(std::span<const Vec3> points, std::span<Hit> hits) {
@@ -248,7 +252,7 @@ void TriangleIndex::Search::nearest(std::span<const Vec3> points, std::span<Hit>
     for (std::size_t n = i; n < i + length; ++n) {
       Best best;
       if (shared)
-        best = among_gathered(points[n]);
+        among_gathered(points[n], best);
       else
         try_leaf(last_leaf_, points[n], best);
       if (!shared || !(static_cast<double>(best.bound) <= reach_)) {

@@ -46,9 +46,10 @@ class TriangleIndex {
     struct Best;
     std::size_t run_length(std::span<const Vec3> points, Bounds& box) const;
     bool gather(const Bounds& box);
-    Best among_gathered(Vec3 p) const;
-    void walk(Vec3 p, Best& best) const;
-    void try_leaf(std::uint32_t leaf, Vec3 p, Best& best) const;
+    void among_gathered(const Vec3& p, Best& best) const;
+    void walk(const Vec3& p, Best& best) const;
+    void try_leaf(std::uint32_t leaf, const Vec3& p, Best& best) const;
+    void measure(std::uint32_t triangle, std::uint32_t leaf, const Vec3& p, Best& best) const;
 
     const TriangleIndex* index_;
     double reach_;  // mm; how far around a run its leaves are gathered
