@@ -74,18 +74,18 @@ FloatBox holding(const Bounds& box) {
           {rounded_up(box.high.x), rounded_up(box.high.y), rounded_up(box.high.z)}};
 }
 
-BoxTree::BoxTree(const Mesh& mesh) {
-  const std::size_t count = mesh.triangles.size();
+BoxTree::BoxTree(const Mesh& mesh, std::vector<std::uint32_t> triangles) : order_(std::move(triangles)) {
+  const std::size_t count = order_.size();
   std::vector<Splitter::Item> items(count);
-  for (std::uint32_t t = 0; t < count; ++t) {
-    const auto& [a, b, c] = mesh.triangles[t];
+  for (std::size_t i = 0; i < count; ++i) {
+    const auto& [a, b, c] = mesh.triangles[order_[i]];
     const Vec3 sum = mesh.positions[a] + mesh.positions[b] + mesh.positions[c];
-    items[t] = {{static_cast<float>(sum.x / 3), static_cast<float>(sum.y / 3), static_cast<float>(sum.z / 3)}, t};
+    items[i] = {{static_cast<float>(sum.x / 3), static_cast<float>(sum.y / 3), static_cast<float>(sum.z / 3)},
+                order_[i]};
   }
   std::size_t piece = kLeaf;
   while (piece < count) piece *= 4;
   Splitter(items).split(0, count, piece);
-  order_.resize(count);
   for (std::size_t i = 0; i < count; ++i) order_[i] = items[i].triangle;
   items = {};
 
@@ -97,7 +97,7 @@ BoxTree::BoxTree(const Mesh& mesh) {
     boxes[leaf] = holding(box);
   }
   do {
-    std::vector<Node> nodes((boxes.size() + 3) / 4);
+    std::vector<Node> nodes(std::max<std::size_t>(1, (boxes.size() + 3) / 4));
     std::vector<FloatBox> parents(nodes.size(), kNothing);
     for (std::size_t i = 0; i < nodes.size() * 4; ++i) {
       const FloatBox& box = i < boxes.size() ? boxes[i] : kNothing;

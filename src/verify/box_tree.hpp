@@ -29,7 +29,8 @@ class BoxTree {
     float low[3][4], high[3][4];
   };
 
-  explicit BoxTree(const Mesh& mesh);
+  /// Over these triangles of the mesh, in any order; there may be none.
+  BoxTree(const Mesh& mesh, std::vector<std::uint32_t> triangles);
 
   /// Triangles in leaf order; the last leaf may be short.
   std::span<const std::uint32_t> triangles() const { return order_; }

@@ -5,6 +5,7 @@
 #include <atomic>
 
 #include "geom/predicates.hpp"
+#include "verify/box_tree.hpp"
 #include "verify/edges.hpp"
 
 namespace scanmill::verify {
@@ -23,7 +24,6 @@ struct LeafBoxes {
     count = 0;
     for (std::size_t i = leaf * kLeaf; i < std::min(order.size(), (leaf + 1) * kLeaf); ++i) {
       const Triangle& t = mesh.triangles[order[i]];
-      if (names_a_vertex_twice(t)) continue;
       const Vec3 a = mesh.positions[t[0]], b = mesh.positions[t[1]], c = mesh.positions[t[2]];
       triangle[count] = order[i];
       low[count] = {std::min({a.x, b.x, c.x}), std::min({a.y, b.y, c.y}), std::min({a.z, b.z, c.z})};
@@ -106,7 +106,12 @@ class Sweep {
 
 }  // namespace
 
-CrossingPairs crossing_pairs(const Mesh& mesh, const BoxTree& tree, std::size_t listed, const Context& context) {
+CrossingPairs crossing_pairs(const Mesh& mesh, std::size_t listed, const Context& context) {
+  std::vector<std::uint32_t> proper;
+  proper.reserve(mesh.triangles.size());
+  for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t)
+    if (!names_a_vertex_twice(mesh.triangles[t])) proper.push_back(t);
+  const BoxTree tree(mesh, std::move(proper));
   CrossingPairs all;
   all.crossed.assign(mesh.triangles.size(), 0);
   std::vector<Found> by_piece((tree.leaf_count() + kLeavesAtOnce - 1) / kLeavesAtOnce);

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "base/context.hpp"
-#include "verify/box_tree.hpp"
+#include "mesh/mesh.hpp"
 
 namespace scanmill::verify {
 
@@ -17,6 +17,6 @@ struct CrossingPairs {
 };
 
 /// Every pair whose boxes meet is judged by triangles_cross. Memory does not grow with the number of pairs.
-CrossingPairs crossing_pairs(const Mesh& mesh, const BoxTree& tree, std::size_t listed, const Context& context);
+CrossingPairs crossing_pairs(const Mesh& mesh, std::size_t listed, const Context& context);
 
 }  // namespace scanmill::verify

@@ -154,7 +154,7 @@ Vec3 middle_of_overlap(const Mesh& mesh, std::uint32_t s, std::uint32_t t) {
 }
 
 void find_crossings(const Mesh& mesh, Quality& quality, const Context& context) {
-  const CrossingPairs pairs = crossing_pairs(mesh, BoxTree(mesh), kCrossingsListed, context);
+  const CrossingPairs pairs = crossing_pairs(mesh, kCrossingsListed, context);
   quality.crossing_pairs = pairs.count;
   for (const auto& [s, t] : pairs.first) quality.crossings.push_back({s, t, middle_of_overlap(mesh, s, t)});
   for (const std::uint8_t crossed : pairs.crossed) quality.crossing_triangles += crossed;
@@ -197,7 +197,7 @@ Result<Quality> quality_of(const Mesh& mesh, const Context& context) {
   quality.components = components_of(mesh, area);
   for (const Component& component : quality.components) quality.bounds.add(component.bounds);
   quality.loops = loops_of(mesh, quality.repeated_corners);
-  if (!mesh.triangles.empty()) find_crossings(mesh, quality, context);
+  find_crossings(mesh, quality, context);
   const TopologyCounts& counts = quality.topology;
   quality.closed_manifold = counts.triangles > 0 && counts.boundary_edges + counts.nonmanifold_edges +
                                                             counts.nonmanifold_vertices + quality.repeated_corners +

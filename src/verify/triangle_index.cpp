@@ -60,15 +60,27 @@ __m128 bounds2(const float (&plane)[4][4][4], const FloatPoint& p) {
   return _mm_add_ps(_mm_mul_ps(value[0], value[0]), _mm_mul_ps(out, out));
 }
 
+std::vector<std::uint32_t> with_area(const Mesh& mesh) {
+  std::vector<std::uint32_t> triangles;
+  triangles.reserve(mesh.triangles.size());
+  for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+    const auto& [a, b, c] = mesh.triangles[t];
+    const Vec3 n = cross(mesh.positions[b] - mesh.positions[a], mesh.positions[c] - mesh.positions[a]);
+    if (n != Vec3{}) triangles.push_back(t);
+  }
+  return triangles;
+}
+
 }  // namespace
 
-TriangleIndex::TriangleIndex(const Mesh& mesh) : mesh_(&mesh), tree_(mesh), leaves_(tree_.leaf_count()) {
+TriangleIndex::TriangleIndex(const Mesh& mesh)
+    : mesh_(&mesh), tree_(mesh, with_area(mesh)), leaves_(tree_.leaf_count()) {
   double sum = 0;
   for (std::size_t n = 0; n < leaves_.size(); ++n) {
     fill(n, leaves_[n]);
     sum += 2 * static_cast<double>(leaves_[n].radius);
   }
-  leaf_size_ = sum / static_cast<double>(leaves_.size());
+  if (!leaves_.empty()) leaf_size_ = sum / static_cast<double>(leaves_.size());
 }
 
 std::size_t TriangleIndex::memory_bytes() const { return tree_.memory_bytes() + leaves_.size() * sizeof(Leaf); }

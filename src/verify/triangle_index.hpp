@@ -23,13 +23,16 @@ struct Hit {
   Feature feature = Feature::Face;
 };
 
-/// Over a mesh with at least one triangle, all rows in range and positions finite; it must outlive the index. Frame of
-/// the mesh: offset not added. Any thread may search; cost about 85 bytes per triangle and O(F log F).
+/// Over a mesh with all rows in range and positions finite; it must outlive the index. Frame of the mesh: offset not
+/// added. Triangles without area (their normal is exactly zero) are no surface and are never the nearest. Any thread
+/// may search; cost about 85 bytes per triangle and O(F log F).
 class TriangleIndex {
  public:
   explicit TriangleIndex(const Mesh& mesh);
 
   const Mesh& mesh() const { return *mesh_; }
+  /// No triangle has an area; nothing may be asked then.
+  bool empty() const { return leaves_.empty(); }
   const BoxTree& tree() const { return tree_; }
   std::size_t memory_bytes() const;
 

@@ -244,6 +244,8 @@ Result<Report> verify_mesh(const Mesh& mesh, const PointSource& points, const Te
                            const Context& context) {
   TRY_ASSIGN(const std::size_t patches, check(mesh, terms, params));
   Judged judged(mesh, terms, patches);
+  if (judged.index.empty())
+    return fail(Code::BadInput, "no triangle of the mesh has an area; distances need a surface");
   TRY_ASSIGN(Seen seen, judge_points(judged, points, context));
   Report report;
   report.bin_mm = terms.bin_mm;

@@ -43,8 +43,8 @@ struct Terms {
 /// mesh     any mesh with a triangle, sound or not; a point's place is taken relative to mesh.offset
 /// points   global frame, mm; read once, blocks in parallel, in any order
 /// returns  the same for any number of threads and any order of blocks: greatest values are exact, sums whole numbers
-/// errors   BadInput when the mesh has no triangle, check_mesh refuses it, no point is there, or one lies beyond 1e15
-/// mm;
+/// errors   BadInput when no triangle of the mesh has an area, check_mesh refuses it, no point is there, or one lies
+/// beyond 1e15 mm;
 ///          BadParameter when the bin edge is not positive or a gate outside its limits; Cancelled; what `points`
 ///          reports
 /// ties     of equally near triangles the one with the least number

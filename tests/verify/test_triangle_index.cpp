@@ -40,6 +40,7 @@ Hit by_force(const Mesh& mesh, Vec3 p) {
   Hit best{1e300, 0, Feature::Face};
   for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
     const auto& [a, b, c] = mesh.triangles[t];
+    if (cross(mesh.positions[b] - mesh.positions[a], mesh.positions[c] - mesh.positions[a]) == Vec3{}) continue;
     const Closest found = closest_on_triangle(p, mesh.positions[a], mesh.positions[b], mesh.positions[c]);
     if (found.distance2 < best.distance2) best = {found.distance2, t, found.feature};
   }
@@ -75,6 +76,7 @@ TEST(TriangleIndex, AnswersAsMeasuringEveryTriangle) {
   for (std::uint64_t seed = 1; seed <= 12; ++seed) {
     const Mesh mesh = soup(static_cast<std::size_t>(seed < 4 ? seed : seed * seed * 7), seed);
     const TriangleIndex index(mesh);
+    if (index.empty()) continue;
     TriangleIndex::Search search(index);
     const auto points = questions(mesh, seed);
     std::vector<Hit> hits(points.size());
