@@ -18,11 +18,14 @@ struct HalfEdge {
 std::vector<HalfEdge> half_edges_by_edge(std::span<const Triangle> triangles) {
   std::vector<HalfEdge> list;
   list.reserve(triangles.size() * 3);
-  for (std::uint32_t t = 0; t < triangles.size(); ++t)
+  for (std::uint32_t t = 0; t < triangles.size(); ++t) {
+    const auto [p, q, r] = triangles[t];
+    if (p == q || q == r || r == p) continue;  // names a vertex twice: no edges
     for (std::uint32_t e = 0; e < 3; ++e) {
       const std::uint64_t a = triangles[t][e], b = triangles[t][(e + 1) % 3];
       list.push_back({a < b ? a << 32 | b : b << 32 | a, 3 * t + e, a < b});
     }
+  }
   std::sort(list.begin(), list.end(), [](const HalfEdge& a, const HalfEdge& b) {
     return a.edge != b.edge ? a.edge < b.edge : a.corner < b.corner;
   });
@@ -124,7 +127,6 @@ TopologyCounts topology_of(const Mesh& mesh) {
     for (j = i; j < list.size() && list[j].edge == list[i].edge;) ++j;
     ++counts.edges;
     const auto a = static_cast<std::uint32_t>(list[i].edge >> 32), b = static_cast<std::uint32_t>(list[i].edge);
-    vertices.join(a, b);
     if (j - i == 1) {
       ++counts.boundary_edges;
       on_border[a] = on_border[b] = 1;
@@ -141,6 +143,7 @@ TopologyCounts topology_of(const Mesh& mesh) {
   std::vector<std::uint8_t> split(mesh.positions.size(), 0);
   for (std::uint32_t c = 0; c < triangles.size() * 3; ++c) {
     const std::uint32_t v = triangles[c / 3][c % 3], root = corners.root(c);
+    vertices.join(triangles[c / 3][0], v);
     used[v] = 1;
     if (fan[v] == kNoTriangle)
       fan[v] = root;

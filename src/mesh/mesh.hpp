@@ -40,7 +40,8 @@ std::vector<std::uint32_t> edge_neighbours(std::size_t vertex_count, std::span<c
 /// end. Ends on every mesh; where triangles disagree in direction, a loop runs as its first open half-edge says.
 std::vector<BorderLoop> border_loops(const Mesh& mesh);
 
-/// Counts that a sound mesh keeps at zero, and those that describe it. Cost O(F log F).
+/// Counts that a sound mesh keeps at zero, and those that describe it. A triangle that names a vertex twice has no edges
+/// but counts otherwise. Cost O(F log F).
 struct TopologyCounts {
   std::uint64_t vertices_used = 0, triangles = 0, edges = 0, boundary_edges = 0, boundary_loops = 0;
   std::uint64_t nonmanifold_edges = 0, nonmanifold_vertices = 0, misoriented_edges = 0, components = 0;

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "geom/angles.hpp"
+
+namespace scanmill {
+namespace {
+
+constexpr double kDegrees = 57.29577951308232;  // per radian
+
+/// Arc tangent of t in [0, 1], radians. Taken about 0, tan 22.5 or 1, whichever is nearest, so that the series runs
+/// over at most tan(11.25 degrees) = 0.199: its 13th term is below 1e-19.
+double arc_tangent(double t) {
+  constexpr double kTan11 = 0.198912367379658, kTan22 = 0.41421356237309503, kTan34 = 0.6681786379192989;
+  constexpr double kPi8 = 0.39269908169872414, kPi4 = 0.7853981633974483;
+  double from = 0;
+  if (t > kTan34) {
+    from = kPi4;
+    t = (t - 1) / (t + 1);
+  } else if (t > kTan11) {
+    from = kPi8;
+    t = (t - kTan22) / (1 + t * kTan22);
+  }
+  const double s = t * t;
+  double sum = 0;
+  for (int n = 25; n >= 1; n -= 2) sum = 1.0 / n - s * sum;
+  return from + t * sum;
+}
+
+}  // namespace
+
+double degrees_of(double sine, double cosine) {
+  const double across = std::abs(cosine);
+  if (!(sine > 0)) return cosine < 0 ? 180 : 0;
+  const double acute =
+      sine <= across ? kDegrees * arc_tangent(sine / across) : 90 - kDegrees * arc_tangent(across / sine);
+  return cosine < 0 ? 180 - acute : acute;
+}
+
+double degrees_between(Vec3 u, Vec3 v) { return degrees_of(norm(cross(u, v)), dot(u, v)); }
+
+double acos_degrees(double cosine) {
+  if (cosine >= 1) return 0;
+  if (cosine <= -1) return 180;
+  return degrees_of(std::sqrt((1 - cosine) * (1 + cosine)), cosine);
+}
+
+}  // namespace scanmill

@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: Apache-2.0
+// The job's `verify` section.
+#pragma once
+#include <optional>
+#include <span>
+
+#include "base/fields.hpp"
+
+namespace scanmill::verify {
+
+/// Gates: a mesh beyond one is marked rejected and the run ends with exit code 4. None by default.
+struct Params {
+  std::optional<double> max_error_mm;  // greatest distance of any input point from the mesh
+  std::optional<double> rms_mm;        // root of the mean square over all input points
+  static std::span<const Field> fields();
+};
+
+}  // namespace scanmill::verify
