@@ -1,61 +1,55 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "optimise/feature.hpp"
 
-#include <cstdlib>
-#include <cmath>
+#include "optimise/smooth.hpp"
 
 namespace scanmill::optimise {
-namespace {
-const int MODE = getenv("FM") ? atoi(getenv("FM")) : 0;
-double weight(Vec3 p, Vec3 q) { return MODE & 1 ? norm(p - q) : (MODE & 8 ? std::sqrt(norm(p - q)) : 1); }
-double chord(Vec3 m, Vec3 n) {
-  if (MODE & 2) return norm2(m - n);                // 1 - cos
-  if (MODE & 4) return std::acos(std::max(-1.0, std::min(1.0, dot(m, n))));
-  return norm(m - n);
-}
-}  // namespace
 
 FeatureRule::FeatureRule(const Surface& surface, const Context& context)
-    : surface_(surface), normal_(surface.slot_count()), bend_(3 * surface.slot_count(), 0) {
-  for_each_range(context, normal_.size(), 8192, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t t = begin; t < end; ++t) normal_[t] = normal_of(static_cast<std::uint32_t>(t));
+    : surface_(surface), facet_(surface.slot_count()), bend_(3 * surface.slot_count(), 0) {
+  for_each_range(context, facet_.size(), 8192, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t t = begin; t < end; ++t) facet_[t] = facet_of(static_cast<std::uint32_t>(t));
   });
-  for_each_range(context, normal_.size(), 8192, [&](std::size_t begin, std::size_t end) {
+  for_each_range(context, facet_.size(), 8192, [&](std::size_t begin, std::size_t end) {
     for (std::size_t h = 3 * begin; h < 3 * end; ++h) bend_[h] = bend_of(static_cast<std::uint32_t>(h));
   });
 }
 
-Vec3 FeatureRule::normal_of(std::uint32_t slot) const {
+FeatureRule::Facet FeatureRule::facet_of(std::uint32_t slot) const {
   const auto& v = surface_.slot(slot).corner;
-  const Vec3 a = surface_.at(v[0]);
-  return unit(cross(surface_.at(v[1]) - a, surface_.at(v[2]) - a));
+  const Vec3 a = surface_.at(v[0]), ab = surface_.at(v[1]) - a, ac = surface_.at(v[2]) - a;
+  return {unit(cross(ab, ac)), kAnglePrice * smallest_angle_cos2(norm2(ab), norm2(ac), norm2(ac - ab))};
 }
 
 double FeatureRule::bend_of(std::uint32_t half) const {
   const std::uint32_t twin = surface_.twin(half);
-  if (twin == kNone) return 0;
-  return chord(normal_[half / 3], normal_[twin / 3]) * weight(surface_.at(surface_.from(half)), surface_.at(surface_.to(half)));
+  return twin == kNone ? 0 : norm(facet_[half / 3].normal - facet_[twin / 3].normal);
 }
 
 double FeatureRule::gain(std::uint32_t half) const {
+  constexpr double kLeast = 1e-6;
   const Quad q = surface_.quad(half);
-  const double before = bend_[half] + bend_[q.bc] + bend_[q.ca] + bend_[q.ad] + bend_[q.db];
+  const double before = bend_[half] + bend_[q.bc] + bend_[q.ca] + bend_[q.ad] + bend_[q.db] + facet_[q.t].price +
+                        facet_[q.u].price;
   const Vec3 a = surface_.at(q.a), b = surface_.at(q.b), c = surface_.at(q.c), d = surface_.at(q.d);
-  const Vec3 n_b = unit(cross(d - c, b - c)), n_a = unit(cross(c - d, a - d));
-  double after = chord(n_b, n_a) * weight(c, d);
-  auto over = [&](std::uint32_t side, Vec3 n, Vec3 p, Vec3 r) {
-    const std::uint32_t twin = surface_.twin(side);
-    if (twin != kNone) after += chord(n, normal_[twin / 3]) * weight(p, r);
-  };
-  over(q.bc, n_b, b, c);
-  over(q.ca, n_a, c, a);
-  over(q.ad, n_a, a, d);
-  over(q.db, n_b, d, b);
-  return before - after > 1e-6 ? before - after : 0;
+  const Vec3 cd = d - c, cb = b - c, ca = a - c, db = b - d, da = a - d;
+  const double cd2 = norm2(cd);
+  double after = kAnglePrice * (smallest_angle_cos2(cd2, norm2(db), norm2(cb)) + smallest_angle_cos2(cd2, norm2(ca), norm2(da)));
+  if (before - after <= kLeast) return 0;
+  // |n_a - n_ca| + |n_a - n_ad| is at least |n_ca - n_ad|, whatever the new normals.
+  const std::uint32_t t_bc = surface_.twin(q.bc), t_ca = surface_.twin(q.ca), t_ad = surface_.twin(q.ad),
+                      t_db = surface_.twin(q.db);
+  const Vec3 n_b = unit(cross(cd, cb)), n_a = unit(cross(ca, cd));
+  after += norm(n_a - n_b);
+  if (t_bc != kNone) after += norm(n_b - facet_[t_bc / 3].normal);
+  if (t_db != kNone) after += norm(n_b - facet_[t_db / 3].normal);
+  if (t_ca != kNone) after += norm(n_a - facet_[t_ca / 3].normal);
+  if (t_ad != kNone) after += norm(n_a - facet_[t_ad / 3].normal);
+  return before - after > kLeast ? before - after : 0;
 }
 
 void FeatureRule::swapped(const Quad& q) {
-  for (const std::uint32_t t : {q.t, q.u}) normal_[t] = normal_of(t);
+  for (const std::uint32_t t : {q.t, q.u}) facet_[t] = facet_of(t);
   for (const std::uint32_t t : {q.t, q.u})
     for (std::uint32_t h = 3 * t; h < 3 * t + 3; ++h) {
       bend_[h] = bend_of(h);
