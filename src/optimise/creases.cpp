@@ -31,10 +31,10 @@ Creases creases_of(const Surface& surface, double unit_mm, const Context& contex
   std::vector<Sums> pieces((normal.size() + kGrain - 1) / kGrain);
   for_each_piece(context, normal.size(), kGrain, [&](std::size_t begin, std::size_t end, std::size_t piece, int) {
     Sums sums;
-    for (auto h = static_cast<std::uint32_t>(3 * begin); h < 3 * end; ++h) {
+    for (auto h = static_cast<std::uint32_t>(kPerSlot * begin); h < kPerSlot * end; ++h) {
       const std::uint32_t twin = surface.twin(h);
       if (twin == kNone || twin < h) continue;
-      const Vec3 change = normal[h / 3] - normal[twin / 3];
+      const Vec3 change = normal[slot_of(h)] - normal[slot_of(twin)];
       const double chord2 = norm2(change), degrees = degrees_of_chord(std::sqrt(chord2));
       ++sums.edges;
       sums.degrees += ticks(degrees);

@@ -6,12 +6,12 @@
 namespace scanmill::optimise {
 
 FeatureRule::FeatureRule(const Surface& surface, const Context& context)
-    : surface_(surface), facet_(surface.slot_count()), bend_(3 * surface.slot_count(), 0) {
+    : surface_(surface), facet_(surface.slot_count()), bend_(kPerSlot * surface.slot_count(), 0) {
   for_each_range(context, facet_.size(), 8192, [&](std::size_t begin, std::size_t end) {
     for (std::size_t t = begin; t < end; ++t) facet_[t] = facet_of(static_cast<std::uint32_t>(t));
   });
   for_each_range(context, facet_.size(), 8192, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t h = 3 * begin; h < 3 * end; ++h) bend_[h] = bend_of(static_cast<std::uint32_t>(h));
+    for (std::size_t h = kPerSlot * begin; h < kPerSlot * end; ++h) bend_[h] = bend_of(static_cast<std::uint32_t>(h));
   });
 }
 
@@ -23,7 +23,7 @@ FeatureRule::Facet FeatureRule::facet_of(std::uint32_t slot) const {
 
 double FeatureRule::bend_of(std::uint32_t half) const {
   const std::uint32_t twin = surface_.twin(half);
-  return twin == kNone ? 0 : norm(facet_[half / 3].normal - facet_[twin / 3].normal);
+  return twin == kNone ? 0 : norm(facet_[slot_of(half)].normal - facet_[slot_of(twin)].normal);
 }
 
 double FeatureRule::gain(std::uint32_t half) const {
@@ -41,17 +41,17 @@ double FeatureRule::gain(std::uint32_t half) const {
                       t_db = surface_.twin(q.db);
   const Vec3 n_b = unit(cross(cd, cb)), n_a = unit(cross(ca, cd));
   after += norm(n_a - n_b);
-  if (t_bc != kNone) after += norm(n_b - facet_[t_bc / 3].normal);
-  if (t_db != kNone) after += norm(n_b - facet_[t_db / 3].normal);
-  if (t_ca != kNone) after += norm(n_a - facet_[t_ca / 3].normal);
-  if (t_ad != kNone) after += norm(n_a - facet_[t_ad / 3].normal);
+  if (t_bc != kNone) after += norm(n_b - facet_[slot_of(t_bc)].normal);
+  if (t_db != kNone) after += norm(n_b - facet_[slot_of(t_db)].normal);
+  if (t_ca != kNone) after += norm(n_a - facet_[slot_of(t_ca)].normal);
+  if (t_ad != kNone) after += norm(n_a - facet_[slot_of(t_ad)].normal);
   return before - after > kLeast ? before - after : 0;
 }
 
 void FeatureRule::swapped(const Quad& q) {
   for (const std::uint32_t t : {q.t, q.u}) facet_[t] = facet_of(t);
   for (const std::uint32_t t : {q.t, q.u})
-    for (std::uint32_t h = 3 * t; h < 3 * t + 3; ++h) {
+    for (std::uint32_t h = half_of(t, 0); h < half_of(t, 3); ++h) {
       bend_[h] = bend_of(h);
       if (const std::uint32_t twin = surface_.twin(h); twin != kNone) bend_[twin] = bend_[h];
     }

@@ -40,7 +40,7 @@ Refusal refused_by(const Surface& surface, const Quad& q, const Limits& limits, 
   auto over = [&](std::uint32_t side, Vec3 old_normal, Vec3 new_normal) {
     const std::uint32_t twin = surface.twin(side);
     if (twin == kNone) return;
-    const Vec3 n = normal(twin / 3);
+    const Vec3 n = normal(slot_of(twin));
     before = std::min(before, dot(old_normal, n));
     after = std::min(after, dot(new_normal, n));
   };

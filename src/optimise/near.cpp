@@ -19,23 +19,33 @@ NearVertices::NearVertices(const Surface& surface, double longest_mm)
     }
   }
   low_ = box.low;
+  const Vec3 size = box.size();
+  rounding_ = 0x1p-20 * std::max({size.x, size.y, size.z, longest_mm});
   const std::size_t buckets = std::bit_ceil(surface.vertex_count() / 2 + 16);
   mask_ = buckets - 1;
-  first_.assign(buckets + 2, 0);
-  auto bucket_of = [&](std::uint32_t v) {
-    const Vec3 p = surface.at(v) - low_;
+  number_.assign(buckets, 0);
+  first_.assign(3, 0);  // bucket 0 holds nothing
+  auto bucket_of = [&](Vec3 p) {
     return (row_of(cell(p.y), cell(p.z)) + static_cast<std::uint64_t>(cell(p.x))) & mask_;
   };
-  std::vector<std::uint32_t> bucket(surface.vertex_count());
-  for (std::uint32_t v = 0; v < bucket.size(); ++v) {
+  std::vector<std::uint32_t> number(surface.vertex_count(), 0);
+  for (std::uint32_t v = 0; v < number.size(); ++v) {
     if (reach_[v] == 0) continue;  // in no triangle
-    bucket[v] = static_cast<std::uint32_t>(bucket_of(v));
-    ++first_[bucket[v] + 2];
+    std::uint32_t& n = number_[bucket_of(surface.at(v) - low_)];
+    if (n == 0) {
+      n = static_cast<std::uint32_t>(first_.size() - 2);
+      first_.push_back(0);
+    }
+    number[v] = n;
+    ++first_[n + 2];
   }
   std::partial_sum(first_.begin(), first_.end(), first_.begin());
   entries_.resize(first_.back());
-  for (std::uint32_t v = 0; v < bucket.size(); ++v)
-    if (reach_[v] != 0) entries_[first_[bucket[v] + 1]++] = {surface.at(v), v};
+  for (std::uint32_t v = 0; v < number.size(); ++v) {
+    if (number[v] == 0) continue;
+    const Vec3 p = surface.at(v) - low_;
+    entries_[first_[number[v] + 1]++] = {static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z), v};
+  }
 }
 
 void NearVertices::reach_at_least(std::uint32_t v, double length2) {

@@ -44,8 +44,8 @@ Result<void> check(const Mesh& mesh, const Limits& limits) {
     return fail(Code::BadParameter, "cosine of the smallest angle " + number_text(limits.cos_min_angle) + "; give one of 0 to 60 degrees (g2)");
   if (!mesh.patch.empty() && mesh.patch.size() != mesh.triangles.size())
     return fail(Code::Internal, std::to_string(mesh.patch.size()) + " patch numbers for " + std::to_string(mesh.triangles.size()) + " triangles");
-  if (mesh.triangles.size() >= kNone / 3)
-    return fail(Code::Unsupported, std::to_string(mesh.triangles.size()) + " triangles; edge swaps take up to 1.4e9 in one piece");
+  if (mesh.triangles.size() >= kNone / kPerSlot)
+    return fail(Code::Unsupported, std::to_string(mesh.triangles.size()) + " triangles; edge swaps take up to 1.07e9 in one piece");
   return {};
 }
 

@@ -55,7 +55,7 @@ struct Report {
 ///          decision depends on a bounded neighbourhood, so a mesh cut in pieces gives the same when strips are exchanged
 ///          after each round.
 /// guards   see Refused. A mesh without crossing triangles keeps none: exact predicates decide.
-/// errors   BadParameter when a limit is none; Unsupported above 1.4e9 triangles; Cancelled (the mesh is as it was)
+/// errors   BadParameter when a limit is none; Unsupported above 1.07e9 triangles; Cancelled (the mesh is as it was)
 /// ends     each swap of a pass raises one strictly monotone potential of the triangulation
 /// cost     O(F) memory, about 200 bytes per triangle; each round costs what its changes cost
 Result<Report> optimise(Mesh& mesh, const Params& params, const Limits& limits, const Context& context);

@@ -7,8 +7,8 @@ namespace scanmill::optimise {
 
 Contest::Contest(Surface& surface, NearVertices& near, const Context& context)
     : surface_(surface), near_(near), guard_(surface, near), context_(context), dirty_(surface.slot_count()),
-      dirty_in_(surface.slot_count(), 1), gain_(3 * surface.slot_count(), 0),
-      refusal_(3 * surface.slot_count(), Refusal::None), winner_of_(surface.slot_count(), kNone) {
+      dirty_in_(surface.slot_count(), 1), gain_(kPerSlot * surface.slot_count(), 0),
+      refusal_(kPerSlot * surface.slot_count(), Refusal::None), winner_of_(surface.slot_count(), kNone) {
   std::iota(dirty_.begin(), dirty_.end(), 0u);
 }
 
@@ -20,7 +20,7 @@ void Contest::clear_pieces(std::size_t count) {
 
 void Contest::drop_stale_candidates() {
   std::erase_if(candidates_, [&](std::uint32_t h) {
-    return dirty_in_[h / 3] == round_ || !(gain_[h] > 0) || dirty_in_[surface_.twin(h) / 3] == round_;
+    return dirty_in_[slot_of(h)] == round_ || !(gain_[h] > 0) || dirty_in_[slot_of(surface_.twin(h))] == round_;
   });
 }
 
@@ -31,22 +31,22 @@ bool Contest::is_best(std::uint32_t half) const {
   const std::uint32_t other_half = surface_.twin(half);
   const std::uint64_t my_key = key(half);
   auto beaten_in = [&](std::uint32_t t) {
-    for (std::uint32_t h = 3 * t; h < 3 * t + 3; ++h)
+    for (std::uint32_t h = half_of(t, 0); h < half_of(t, 3); ++h)
       if (gain_[h] >= mine && h != half && h != other_half && (gain_[h] > mine || key(h) < my_key)) return true;
     return false;
   };
   std::uint32_t near[6];
   unsigned count = 0;
-  for (const std::uint32_t t : {half / 3, other_half / 3}) {
+  for (const std::uint32_t t : {slot_of(half), slot_of(other_half)}) {
     if (beaten_in(t)) return false;
     for (const std::uint32_t h : surface_.slot(t).twin)
-      if (h != kNone && h != half && h != other_half) near[count++] = h / 3;
+      if (h != kNone && h != half && h != other_half) near[count++] = slot_of(h);
   }
   for (unsigned i = 0; i < count; ++i)
     if (beaten_in(near[i])) return false;
   for (unsigned i = 0; i < count; ++i)
     for (const std::uint32_t h : surface_.slot(near[i]).twin)
-      if (h != kNone && beaten_in(h / 3)) return false;
+      if (h != kNone && beaten_in(slot_of(h))) return false;
   return true;
 }
 
@@ -112,7 +112,7 @@ bool Contest::close_round() {
     for (const std::uint32_t t : {winner.quad.t, winner.quad.u}) {
       look_at(t);
       for (const std::uint32_t h : surface_.slot(t).twin)
-        if (h != kNone) look_at(h / 3);
+        if (h != kNone) look_at(slot_of(h));
     }
   }
   winners_.clear();
@@ -126,9 +126,9 @@ bool Contest::reopen() {
   for (std::uint32_t h = 0; h < refusal_.size(); ++h) {
     if (refusal_[h] != Refusal::Crossing && refusal_[h] != Refusal::EdgeExists) continue;
     const std::uint32_t twin = surface_.twin(h);
-    if (twin == kNone || twin < h || dirty_in_[h / 3] == round_) continue;
-    dirty_in_[h / 3] = round_;
-    dirty_.push_back(h / 3);
+    if (twin == kNone || twin < h || dirty_in_[slot_of(h)] == round_) continue;
+    dirty_in_[slot_of(h)] = round_;
+    dirty_.push_back(slot_of(h));
   }
   return !dirty_.empty();
 }

@@ -84,13 +84,13 @@ void Contest::judge_all(const Judge& judge) {
     auto& found = pieces_[piece];
     for (std::size_t i = begin; i < end; ++i) {
       const std::uint32_t t = dirty_[i];
-      for (std::uint32_t h = 3 * t; h < 3 * t + 3; ++h) {
+      for (std::uint32_t h = half_of(t, 0); h < half_of(t, 3); ++h) {
         const std::uint32_t twin = surface_.twin(h);
         if (twin == kNone) {
           gain_[h] = 0;  // an inner edge of this slot may have competed under this number
           continue;
         }
-        if (twin < h && dirty_in_[twin / 3] == round_) continue;  // judged from the other side
+        if (twin < h && dirty_in_[slot_of(twin)] == round_) continue;  // judged from the other side
         const std::uint32_t edge = std::min(h, twin);
         const auto [gain, refusal] = judge(edge);
         gain_[h] = gain_[twin] = gain;

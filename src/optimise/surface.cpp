@@ -7,7 +7,7 @@
 namespace scanmill::optimise {
 
 Surface::Surface(const Mesh& mesh) : at_(mesh.positions), patch_(mesh.patch), slots_(mesh.triangles.size()) {
-  for (std::size_t t = 0; t < slots_.size(); ++t) slots_[t] = {mesh.triangles[t], {kNone, kNone, kNone}};
+  for (std::size_t t = 0; t < slots_.size(); ++t) slots_[t].corner = mesh.triangles[t];
   find_twins();
   find_fans();
 }
@@ -25,7 +25,7 @@ void Surface::find_twins() {
   for (std::uint32_t t = 0; t < slots_.size(); ++t)
     for (std::uint32_t e = 0; e < 3; ++e) {
       const std::uint32_t a = slots_[t].corner[e], b = slots_[t].corner[e == 2 ? 0 : e + 1];
-      halves[first[std::min(a, b) + 1]++] = {std::max(a, b), 3 * t + e};
+      halves[first[std::min(a, b) + 1]++] = {std::max(a, b), half_of(t, e)};
     }
   // Now first[v] is where v's bucket begins.
   for (std::size_t v = 0; v < at_.size(); ++v) {
@@ -38,7 +38,7 @@ void Surface::find_twins() {
           other = j->half;
         }
       // Two triangles that disagree in direction are no neighbours here.
-      if (others == 1 && from(other) != from(i->half)) slots_[i->half / 3].twin[i->half % 3] = other;
+      if (others == 1 && from(other) != from(i->half)) slots_[slot_of(i->half)].twin[i->half & 3u] = other;
     }
   }
 }
@@ -47,18 +47,20 @@ void Surface::find_fans() {
   out_.assign(at_.size(), kNone);
   split_.assign(at_.size(), 0);
   std::vector<std::uint32_t> corners(at_.size(), 0);
-  for (std::uint32_t h = 0; h < 3 * slots_.size(); ++h) {
-    const std::uint32_t v = from(h);
-    ++corners[v];
-    if (out_[v] == kNone || twin(h) == kNone) out_[v] = h;
-  }
+  for (std::uint32_t t = 0; t < slots_.size(); ++t)
+    for (std::uint32_t e = 0; e < 3; ++e) {
+      const std::uint32_t v = slots_[t].corner[e];
+      ++corners[v];
+      out_[v] = half_of(t, e);
+    }
   for (std::uint32_t v = 0; v < at_.size(); ++v) {
     std::uint32_t met = 0;
     any_around(v, [&](std::uint32_t, std::uint32_t, std::uint32_t) { return ++met > corners[v]; });
     split_[v] = met != corners[v];
   }
-  for (std::uint32_t h = 0; h < 3 * slots_.size(); ++h)
-    if (split_[from(h)]) split_corners_.emplace_back(from(h), h);
+  for (std::uint32_t t = 0; t < slots_.size(); ++t)
+    for (std::uint32_t e = 0; e < 3; ++e)
+      if (split_[slots_[t].corner[e]]) split_corners_.emplace_back(slots_[t].corner[e], half_of(t, e));
   std::sort(split_corners_.begin(), split_corners_.end());
 }
 
@@ -71,7 +73,7 @@ std::span<const std::pair<std::uint32_t, std::uint32_t>> Surface::corners_of_spl
 // Only the swap that owns the slot of out_[v] replaces it; a neighbour that swaps at the same time merely looks.
 void Surface::leave_from(std::uint32_t v, const Quad& quad, std::uint32_t h) {
   std::atomic_ref out(out_[v]);
-  const std::uint32_t slot = out.load(std::memory_order_relaxed) / 3;
+  const std::uint32_t slot = slot_of(out.load(std::memory_order_relaxed));
   if (slot == quad.t || slot == quad.u) out.store(h, std::memory_order_relaxed);
 }
 
@@ -79,7 +81,7 @@ void Surface::swap(const Quad& q) {
   const std::uint32_t bc = twin(q.bc), ca = twin(q.ca), ad = twin(q.ad), db = twin(q.db);
   slots_[q.t].corner = {q.c, q.d, q.b};
   slots_[q.u].corner = {q.d, q.c, q.a};
-  const std::uint32_t t = 3 * q.t, u = 3 * q.u;
+  const std::uint32_t t = half_of(q.t, 0), u = half_of(q.u, 0);
   link(t, u);
   link(t + 1, db);
   link(t + 2, bc);

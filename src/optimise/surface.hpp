@@ -15,13 +15,18 @@ namespace scanmill::optimise {
 
 inline constexpr std::uint32_t kNone = 0xffffffffu;
 
-/// Half-edge 3 t + e runs from corner e of slot t to corner e + 1.
-constexpr std::uint32_t next_in(std::uint32_t h) { return h % 3 == 2 ? h - 2 : h + 1; }
-constexpr std::uint32_t before_in(std::uint32_t h) { return h % 3 == 0 ? h + 2 : h - 1; }
+/// Half-edge 4 t + e runs from corner e of slot t to corner e + 1; numbers 4 t + 3 are not in use, so that no step needs a
+/// division. Arrays per half-edge have kPerSlot entries for each slot.
+inline constexpr std::uint32_t kPerSlot = 4;
+constexpr std::uint32_t slot_of(std::uint32_t h) { return h >> 2; }
+constexpr std::uint32_t half_of(std::uint32_t t, std::uint32_t e) { return t << 2 | e; }
+constexpr std::uint32_t next_in(std::uint32_t h) { return (h & ~3u) | (0b00'10'01u >> 2 * (h & 3u) & 3u); }
+constexpr std::uint32_t before_in(std::uint32_t h) { return (h & ~3u) | (0b01'00'10u >> 2 * (h & 3u) & 3u); }
 
-struct Slot {
-  std::array<std::uint32_t, 3> corner;
-  std::array<std::uint32_t, 3> twin;  // the half-edge over each edge, or kNone
+struct alignas(32) Slot {
+  Triangle corner;
+  std::uint32_t unused = 0;
+  std::array<std::uint32_t, kPerSlot> twin{kNone, kNone, kNone, kNone};  // the half-edge over each edge; last: kNone
 };
 
 /// The two triangles (a, b, c) and (b, a, d) at an edge a-b. After the swap: (c, d, b) in slot t and (d, c, a) in u.
@@ -40,14 +45,14 @@ class Surface {
   Vec3 at(std::uint32_t v) const { return at_[v]; }
   std::span<const Vec3> positions() const { return at_; }
   const Slot& slot(std::uint32_t t) const { return slots_[t]; }
-  std::uint32_t from(std::uint32_t h) const { return slots_[h / 3].corner[h % 3]; }
+  std::uint32_t from(std::uint32_t h) const { return slots_[slot_of(h)].corner[h & 3u]; }
   std::uint32_t to(std::uint32_t h) const { return from(next_in(h)); }
-  std::uint32_t twin(std::uint32_t h) const { return slots_[h / 3].twin[h % 3]; }
+  std::uint32_t twin(std::uint32_t h) const { return slots_[slot_of(h)].twin[h & 3u]; }
   bool same_patch(std::uint32_t t, std::uint32_t u) const { return patch_.empty() || patch_[t] == patch_[u]; }
 
   /// h has a twin.
   Quad quad(std::uint32_t h) const {
-    const std::uint32_t k = twin(h), t = h / 3, u = k / 3, bc = next_in(h), ca = next_in(bc), ad = next_in(k),
+    const std::uint32_t k = twin(h), t = slot_of(h), u = slot_of(k), bc = next_in(h), ca = next_in(bc), ad = next_in(k),
                         db = next_in(ad);
     return {t, u, from(h), from(bc), from(ca), from(db), bc, ca, ad, db};
   }
@@ -59,7 +64,7 @@ class Surface {
   bool any_around(std::uint32_t v, const Visit& visit) const {
     if (is_split(v)) {
       for (const auto& [vertex, h] : corners_of_split(v))
-        if (visit(h / 3, to(h), from(before_in(h)))) return true;
+        if (visit(slot_of(h), to(h), from(before_in(h)))) return true;
       return false;
     }
     const std::uint32_t start = std::atomic_ref(const_cast<std::uint32_t&>(out_[v])).load(std::memory_order_relaxed);
@@ -67,13 +72,13 @@ class Surface {
     std::uint32_t h = start;
     do {
       const std::uint32_t back = before_in(h);
-      if (visit(h / 3, to(h), from(back))) return true;
+      if (visit(slot_of(h), to(h), from(back))) return true;
       h = twin(back);
     } while (h != kNone && h != start);
     if (h == start) return false;
     for (h = twin(start); h != kNone; h = twin(h)) {  // an open fan: the other way from where it began
       h = next_in(h);
-      if (visit(h / 3, to(h), from(before_in(h)))) return true;
+      if (visit(slot_of(h), to(h), from(before_in(h)))) return true;
     }
     return false;
   }
@@ -89,8 +94,8 @@ class Surface {
   void find_twins();
   void find_fans();
   void link(std::uint32_t h, std::uint32_t k) {
-    slots_[h / 3].twin[h % 3] = k;
-    if (k != kNone) slots_[k / 3].twin[k % 3] = h;
+    slots_[slot_of(h)].twin[h & 3u] = k;
+    if (k != kNone) slots_[slot_of(k)].twin[k & 3u] = h;
   }
   void leave_from(std::uint32_t v, const Quad& quad, std::uint32_t h);
 
