@@ -192,7 +192,7 @@ Result<void> time_steps(const Mesh& mesh, const optimise::Limits& limits, const 
   stop("prepare");
   figures.smooth = figures.feature = {};
   start();
-  SmoothRule smooth(surface, context);
+  SmoothRule smooth(surface);
   TRY(run_rounds(surface, smooth, near, limits, context, figures.smooth));
   stop("smooth");
   start();

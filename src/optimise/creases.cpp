@@ -14,19 +14,13 @@ struct Sums {
 
 std::uint64_t ticks(double value) { return static_cast<std::uint64_t>(value / kTick + 0.5); }
 
-Vec3 normal_of(const Surface& surface, std::uint32_t slot) {
-  const auto& v = surface.slot(slot).corner;
-  const Vec3 a = surface.at(v[0]);
-  return unit(cross(surface.at(v[1]) - a, surface.at(v[2]) - a));
-}
-
 }  // namespace
 
 Creases creases_of(const Surface& surface, double unit_mm, const Context& context) {
   constexpr std::size_t kGrain = 8192;
   std::vector<Vec3> normal(surface.slot_count());
   for_each_range(context, normal.size(), kGrain, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t t = begin; t < end; ++t) normal[t] = normal_of(surface, static_cast<std::uint32_t>(t));
+    for (std::size_t t = begin; t < end; ++t) normal[t] = surface.normal(static_cast<std::uint32_t>(t));
   });
   std::vector<Sums> pieces((normal.size() + kGrain - 1) / kGrain);
   for_each_piece(context, normal.size(), kGrain, [&](std::size_t begin, std::size_t end, std::size_t piece, int) {

@@ -141,10 +141,17 @@ Obstacle CrossingGuard::judge(std::uint32_t self, std::span<const Winner> winner
     if (prism.convex() && (prism.code(v).planes & prism.code(i).planes & prism.code(j).planes) != 0) return false;
     return meets_new(corners(v, i, j));
   };
-  if (surface_.any_around(q.c, [&](std::uint32_t, std::uint32_t i, std::uint32_t j) { return i == q.d || j == q.d; }))
-    return Obstacle::EdgeExists;
+  bool exists = false, crossing = false;  // the whole fan, so that the reason does not depend on where it begins
+  surface_.any_around(q.c, [&](auto t, auto i, auto j) {
+    exists = exists || i == q.d || j == q.d;
+    crossing = crossing || crosses(t, q.c, i, j);
+    return exists;
+  });
+  if (exists) return Obstacle::EdgeExists;
+  if (crossing) return Obstacle::Crossing;
   Bounds box;
-  for (const std::uint32_t v : {q.a, q.b, q.c, q.d}) {
+  box.add(surface_.at(q.c));
+  for (const std::uint32_t v : {q.a, q.b, q.d}) {
     box.add(surface_.at(v));
     if (surface_.any_around(v, [&](auto t, auto i, auto j) { return crosses(t, v, i, j); })) return Obstacle::Crossing;
   }

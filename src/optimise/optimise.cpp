@@ -69,7 +69,7 @@ Result<Report> optimise(Mesh& mesh, const Params& params, const Limits& limits, 
     to.longest_edge_mm = shape.longest_mm;
     return {};
   };
-  if (params.smooth) TRY(pass([&] { return SmoothRule(surface, context); }, report.smooth));
+  if (params.smooth) TRY(pass([&] { return SmoothRule(surface); }, report.smooth));
   if (params.feature) {
     report.before_feature = creases_of(surface, limits.range_mm, context);
     TRY(pass([&] { return FeatureRule(surface, context); }, report.feature));

@@ -136,8 +136,9 @@ bool Contest::reopen() {
 Refused Contest::count_refused() const {
   Refused counts;
   for (std::uint32_t h = 0; h < refusal_.size(); ++h) {
+    if (refusal_[h] == Refusal::None) continue;
     const std::uint32_t twin = surface_.twin(h);
-    if (twin == kNone || twin < h) continue;
+    if (twin == kNone || twin < h) continue;  // what an edge left behind that is elsewhere now
     switch (refusal_[h]) {
       case Refusal::None: break;
       case Refusal::PatchBorder: ++counts.patch_border; break;

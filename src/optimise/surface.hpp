@@ -48,6 +48,11 @@ class Surface {
   std::uint32_t from(std::uint32_t h) const { return slots_[slot_of(h)].corner[h & 3u]; }
   std::uint32_t to(std::uint32_t h) const { return from(next_in(h)); }
   std::uint32_t twin(std::uint32_t h) const { return slots_[slot_of(h)].twin[h & 3u]; }
+  /// Unit normal of a slot's triangle.
+  Vec3 normal(std::uint32_t t) const {
+    const Triangle& v = slots_[t].corner;
+    return unit(cross(at_[v[1]] - at_[v[0]], at_[v[2]] - at_[v[0]]));
+  }
   bool same_patch(std::uint32_t t, std::uint32_t u) const { return patch_.empty() || patch_[t] == patch_[u]; }
 
   /// h has a twin.
