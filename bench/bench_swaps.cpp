@@ -2,9 +2,9 @@
 // How many edges per CPU second do the two passes of edge swaps take?
 //   bench_swaps [FILE.stl --bin H] [--edges N] [--threads N] [--repeat R] [--json] [--stl OUT]
 // With a binary STL: its mesh, as `scanmill mesh` writes it, range 2.5 H. Without: a rough torus of N edges (default
-// 1,000,000) whose diagonals were drawn by lot from a fixed seed. Every repetition must give the same mesh with the same
-// topology; medians are printed. "Per second": edges of the mesh over CPU seconds of the pass; an edge counts once however
-// often it is judged. "Prepare" is what both passes share, "whole" is optimise() with its reports.
+// 1,000,000) whose diagonals were drawn by lot from a fixed seed. Every repetition must give the same mesh with the
+// same topology; medians are printed. "Per second": edges of the mesh over CPU seconds of the pass; an edge counts once
+// however often it is judged. "Prepare" is what both passes share, "whole" is optimise() with its reports.
 #include <sys/resource.h>
 
 #include <algorithm>
@@ -18,8 +18,8 @@
 #include <string>
 
 #include "base/random.hpp"
-#include "mesh/limits.hpp"
 #include "export/writers.hpp"
+#include "mesh/limits.hpp"
 #include "optimise/feature.hpp"
 #include "optimise/optimise.hpp"
 #include "optimise/rounds.hpp"
@@ -205,20 +205,19 @@ Result<void> time_steps(const Mesh& mesh, const optimise::Limits& limits, const 
 void print(const Options& options, const Figures& figures, std::uint64_t edges, const optimise::Report& report) {
   auto rate = [&](const char* step) { return static_cast<double>(edges) / median(figures.cpu.at(step)) / 1e6; };
   const auto number = [](std::uint64_t n) { return static_cast<unsigned long long>(n); };
-  std::printf(options.json
-                  ? "{\"type\":\"bench_swaps\",\"edges\":%llu,\"threads\":%d,\"peak_mib\":%.0f,"
-                    "\"smooth_m_edges_per_cpu_s\":%.2f,\"smooth_rounds\":%llu,\"smooth_swaps\":%llu,"
-                    "\"feature_m_edges_per_cpu_s\":%.2f,\"feature_rounds\":%llu,\"feature_swaps\":%llu,"
-                    "\"angle_p5_deg\":[%.2f,%.2f,%.2f],\"dihedral_sum_deg\":[%.0f,%.0f]"
-                  : "edges %llu, threads %d, peak %.0f MiB\n"
-                    "smooth  %.2f M edges per CPU second, %llu rounds, %llu swaps\n"
-                    "feature %.2f M edges per CPU second, %llu rounds, %llu swaps\n"
-                    "smallest angle, 5th percentile: %.2f, %.2f, %.2f degrees; sum of dihedral angles %.0f, %.0f\n",
-              number(edges), options.threads, peak_mib(), rate("smooth"), number(figures.smooth.rounds),
-              number(figures.smooth.swaps), rate("feature"), number(figures.feature.rounds),
-              number(figures.feature.swaps), report.smooth.angle_p5_before_deg, report.smooth.angle_p5_after_deg,
-              report.feature.angle_p5_after_deg, report.before_feature.dihedral_sum_deg,
-              report.after_feature.dihedral_sum_deg);
+  std::printf(
+      options.json ? "{\"type\":\"bench_swaps\",\"edges\":%llu,\"threads\":%d,\"peak_mib\":%.0f,"
+                     "\"smooth_m_edges_per_cpu_s\":%.2f,\"smooth_rounds\":%llu,\"smooth_swaps\":%llu,"
+                     "\"feature_m_edges_per_cpu_s\":%.2f,\"feature_rounds\":%llu,\"feature_swaps\":%llu,"
+                     "\"angle_p5_deg\":[%.2f,%.2f,%.2f],\"dihedral_sum_deg\":[%.0f,%.0f]"
+                   : "edges %llu, threads %d, peak %.0f MiB\n"
+                     "smooth  %.2f M edges per CPU second, %llu rounds, %llu swaps\n"
+                     "feature %.2f M edges per CPU second, %llu rounds, %llu swaps\n"
+                     "smallest angle, 5th percentile: %.2f, %.2f, %.2f degrees; sum of dihedral angles %.0f, %.0f\n",
+      number(edges), options.threads, peak_mib(), rate("smooth"), number(figures.smooth.rounds),
+      number(figures.smooth.swaps), rate("feature"), number(figures.feature.rounds), number(figures.feature.swaps),
+      report.smooth.angle_p5_before_deg, report.smooth.angle_p5_after_deg, report.feature.angle_p5_after_deg,
+      report.before_feature.dihedral_sum_deg, report.after_feature.dihedral_sum_deg);
   for (const auto& [step, times] : figures.cpu)
     std::printf(options.json ? ",\"%s_cpu_s\":%.4f,\"%s_wall_s\":%.4f" : "  %-8s %.4f CPU s, %s %.4f s wall\n",
                 step.c_str(), median(times), options.json ? step.c_str() : "", median(figures.wall.at(step)));
@@ -246,8 +245,7 @@ int run(const Options& options) {
     if (!done) return failed(done.error());
     figures.cpu["whole"].push_back(cpu_seconds() - cpu);
     figures.wall["whole"].push_back(std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count());
-    if (n > 0 && swapped.triangles != first.triangles)
-      return failed(fail(Code::Internal, "two runs gave two meshes"));
+    if (n > 0 && swapped.triangles != first.triangles) return failed(fail(Code::Internal, "two runs gave two meshes"));
     report = *done;
     first = std::move(swapped);
   }

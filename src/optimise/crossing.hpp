@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Would a swap make triangles cross, or give an edge twice? Internal to `optimise`.
 //
-// The two old and the two new triangles bound the tetrahedron a b c d. In a mesh without crossings, a triangle meets the
-// new ones only if one of its edges meets the tetrahedron (a triangle that cuts it without an edge inside also cuts an old
-// side). Edges near it are sorted out by codes against the sides and corners of an upright prism around it, as a line
-// clipper does; what the codes cannot tell is decided by exact predicates.
+// The two old and the two new triangles bound the tetrahedron a b c d. In a mesh without crossings, a triangle meets
+// the new ones only if one of its edges meets the tetrahedron (a triangle that cuts it without an edge inside also cuts
+// an old side). Edges near it are sorted out by codes against the sides and corners of an upright prism around it, as a
+// line clipper does; what the codes cannot tell is decided by exact predicates.
 #pragma once
 #include <cstdint>
 #include <span>

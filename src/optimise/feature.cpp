@@ -29,12 +29,13 @@ double FeatureRule::bend_of(std::uint32_t half) const {
 double FeatureRule::gain(std::uint32_t half) const {
   constexpr double kLeast = 1e-6;
   const Quad q = surface_.quad(half);
-  const double before = bend_[half] + bend_[q.bc] + bend_[q.ca] + bend_[q.ad] + bend_[q.db] + facet_[q.t].price +
-                        facet_[q.u].price;
+  const double before =
+      bend_[half] + bend_[q.bc] + bend_[q.ca] + bend_[q.ad] + bend_[q.db] + facet_[q.t].price + facet_[q.u].price;
   const Vec3 a = surface_.at(q.a), b = surface_.at(q.b), c = surface_.at(q.c), d = surface_.at(q.d);
   const Vec3 cd = d - c, cb = b - c, ca = a - c, db = b - d, da = a - d;
   const double cd2 = norm2(cd);
-  double after = kAnglePrice * (smallest_angle_cos2(cd2, norm2(db), norm2(cb)) + smallest_angle_cos2(cd2, norm2(ca), norm2(da)));
+  double after =
+      kAnglePrice * (smallest_angle_cos2(cd2, norm2(db), norm2(cb)) + smallest_angle_cos2(cd2, norm2(ca), norm2(da)));
   if (before - after <= kLeast) return 0;
   const std::uint32_t t_bc = surface_.twin(q.bc), t_ca = surface_.twin(q.ca), t_ad = surface_.twin(q.ad),
                       t_db = surface_.twin(q.db);

@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 // Second pass: the variation of normals among two triangles and their neighbours falls. Internal to `optimise`.
 //
-// The paper asks for the least variation of normals and says no more. Two things were measured before this was settled (a
-// scanned part with sharp edges, 1.2 mm bins, rms of the mesh to the true surface / 5th percentile of the smallest angle
-// of the triangles; before the pass 0.0966 mm / 29.7 degrees):
+// The paper asks for the least variation of normals and says no more. Two things were measured before this was settled
+// (a scanned part with sharp edges, 1.2 mm bins, rms of the mesh to the true surface / 5th percentile of the smallest
+// angle of the triangles; before the pass 0.0966 mm / 29.7 degrees):
 //   sum of angles between neighbouring normals           0.0660  13.3
 //   sum of |n - n'|, the chord of that angle             0.0660  13.3   no arc cosine, so the same bits everywhere
 //   sum of 1 - cos                                       0.0661  12.6
 //   sum of |n - n'| times the length of the edge         0.0729  18.9
 //   sum of |n - n'|, no new angle below 18 degrees       0.0750  21.9
 //   sum of |n - n'| + 0.2 cos2(smallest angle)           0.0672  21.4   <- this one
-// The bare sum spends half of its swaps on noise in flat places, where they make slivers and gain nothing; a price on the
-// smallest angle stops these and leaves those at creases, which gain ten times as much.
+// The bare sum spends half of its swaps on noise in flat places, where they make slivers and gain nothing; a price on
+// the smallest angle stops these and leaves those at creases, which gain ten times as much.
 #pragma once
 #include <vector>
 

@@ -39,13 +39,17 @@ Shape shape_of(const Surface& surface, const Context& context) {
 
 Result<void> check(const Mesh& mesh, const Limits& limits) {
   if (!(limits.range_mm > 0))
-    return fail(Code::BadParameter, "longest edge " + number_text(limits.range_mm) + " mm; give one above 0 (g1 times the bin edge)");
+    return fail(Code::BadParameter,
+                "longest edge " + number_text(limits.range_mm) + " mm; give one above 0 (g1 times the bin edge)");
   if (!(limits.cos_min_angle >= 0.5 && limits.cos_min_angle <= 1))
-    return fail(Code::BadParameter, "cosine of the smallest angle " + number_text(limits.cos_min_angle) + "; give one of 0 to 60 degrees (g2)");
+    return fail(Code::BadParameter, "cosine of the smallest angle " + number_text(limits.cos_min_angle) +
+                                        "; give one of 0 to 60 degrees (g2)");
   if (!mesh.patch.empty() && mesh.patch.size() != mesh.triangles.size())
-    return fail(Code::Internal, std::to_string(mesh.patch.size()) + " patch numbers for " + std::to_string(mesh.triangles.size()) + " triangles");
+    return fail(Code::Internal, std::to_string(mesh.patch.size()) + " patch numbers for " +
+                                    std::to_string(mesh.triangles.size()) + " triangles");
   if (mesh.triangles.size() >= kNone / kPerSlot)
-    return fail(Code::Unsupported, std::to_string(mesh.triangles.size()) + " triangles; edge swaps take up to 1.07e9 in one piece");
+    return fail(Code::Unsupported,
+                std::to_string(mesh.triangles.size()) + " triangles; edge swaps take up to 1.07e9 in one piece");
   return {};
 }
 

@@ -34,7 +34,7 @@ struct Creases {
   std::uint64_t inner_edges = 0;
   double dihedral_sum_deg = 0;  // of the angles between the normals of neighbours
   std::uint64_t sharp_edges = 0;
-  double sharp_length_mm = 0;    // edges above kSharpDegrees
+  double sharp_length_mm = 0;       // edges above kSharpDegrees
   double normal_variation_rms = 0;  // of |n - n'| over the inner edges
 };
 inline constexpr double kSharpDegrees = 30;
@@ -52,8 +52,8 @@ struct Report {
 ///          along. Where it is not manifold, nothing is touched. A swap never crosses a patch border, so borders stay.
 /// rounds   synchronous: all edges in question are judged against the mesh as it is; each improving swap claims its two
 ///          triangles and their neighbours; the best by (gain, vertices of the edge) wins; winners swap together. Every
-///          decision depends on a bounded neighbourhood, so a mesh cut in pieces gives the same when strips are exchanged
-///          after each round.
+///          decision depends on a bounded neighbourhood, so a mesh cut in pieces gives the same when strips are
+///          exchanged after each round.
 /// guards   see Refused. A mesh without crossing triangles keeps none: exact predicates decide.
 /// errors   BadParameter when a limit is none; Unsupported above 1.07e9 triangles; Cancelled (the mesh is as it was)
 /// ends     each swap of a pass raises one strictly monotone potential of the triangulation

@@ -6,9 +6,15 @@
 namespace scanmill::optimise {
 
 Contest::Contest(Surface& surface, NearVertices& near, const Context& context)
-    : surface_(surface), near_(near), guard_(surface, near), context_(context), dirty_(surface.slot_count()),
-      dirty_in_(surface.slot_count(), 1), gain_(kPerSlot * surface.slot_count(), 0),
-      refusal_(kPerSlot * surface.slot_count(), Refusal::None), winner_of_(surface.slot_count(), kNone) {
+    : surface_(surface),
+      near_(near),
+      guard_(surface, near),
+      context_(context),
+      dirty_(surface.slot_count()),
+      dirty_in_(surface.slot_count(), 1),
+      gain_(kPerSlot * surface.slot_count(), 0),
+      refusal_(kPerSlot * surface.slot_count(), Refusal::None),
+      winner_of_(surface.slot_count(), kNone) {
   std::iota(dirty_.begin(), dirty_.end(), 0u);
 }
 
@@ -24,8 +30,8 @@ void Contest::drop_stale_candidates() {
   });
 }
 
-// An edge competes with all edges whose two triangles and neighbours have a triangle in common with its own: those of the
-// triangles at most two steps away.
+// An edge competes with all edges whose two triangles and neighbours have a triangle in common with its own: those of
+// the triangles at most two steps away.
 bool Contest::is_best(std::uint32_t half) const {
   const float mine = gain_[half];
   const std::uint32_t other_half = surface_.twin(half);
@@ -53,11 +59,10 @@ bool Contest::is_best(std::uint32_t half) const {
 void Contest::find_winners() {
   const std::size_t pieces = (candidates_.size() + kGrain - 1) / kGrain;
   clear_pieces(pieces);
-  for_each_piece(context_, candidates_.size(), kGrain,
-                 [&](std::size_t begin, std::size_t end, std::size_t piece, int) {
-                   for (std::size_t i = begin; i < end; ++i)
-                     if (is_best(candidates_[i])) pieces_[piece].push_back(candidates_[i]);
-                 });
+  for_each_piece(context_, candidates_.size(), kGrain, [&](std::size_t begin, std::size_t end, std::size_t piece, int) {
+    for (std::size_t i = begin; i < end; ++i)
+      if (is_best(candidates_[i])) pieces_[piece].push_back(candidates_[i]);
+  });
   winners_.clear();
   for (std::size_t piece = 0; piece < pieces; ++piece)
     for (const std::uint32_t h : pieces_[piece]) winners_.push_back({h, gain_[h], surface_.quad(h)});
@@ -140,14 +145,29 @@ Refused Contest::count_refused() const {
     const std::uint32_t twin = surface_.twin(h);
     if (twin == kNone || twin < h) continue;  // what an edge left behind that is elsewhere now
     switch (refusal_[h]) {
-      case Refusal::None: break;
-      case Refusal::PatchBorder: ++counts.patch_border; break;
-      case Refusal::NotConvex: ++counts.not_convex; break;
-      case Refusal::Range: ++counts.range; break;
-      case Refusal::Angle: ++counts.angle; break;
-      case Refusal::Fold: ++counts.fold; break;
-      case Refusal::EdgeExists: ++counts.edge_exists; break;
-      case Refusal::Crossing: ++counts.crossing; break;
+      case Refusal::None:
+        break;
+      case Refusal::PatchBorder:
+        ++counts.patch_border;
+        break;
+      case Refusal::NotConvex:
+        ++counts.not_convex;
+        break;
+      case Refusal::Range:
+        ++counts.range;
+        break;
+      case Refusal::Angle:
+        ++counts.angle;
+        break;
+      case Refusal::Fold:
+        ++counts.fold;
+        break;
+      case Refusal::EdgeExists:
+        ++counts.edge_exists;
+        break;
+      case Refusal::Crossing:
+        ++counts.crossing;
+        break;
     }
   }
   return counts;

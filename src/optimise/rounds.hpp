@@ -5,7 +5,8 @@
 //   double gain(std::uint32_t half) const    by how much swapping that inner edge improves the mesh; <= 0: not at all.
 //                                            Depends on its two triangles and their neighbours only.
 //   Vec3 normal(std::uint32_t slot) const    unit normal of a slot's triangle
-//   void swapped(const Quad&)                the quad's triangles are the new ones now; called at the same time for quads
+//   void swapped(const Quad&)                the quad's triangles are the new ones now; called at the same time for
+//   quads
 //                                            that share no triangle with each other's sides
 #pragma once
 #include <algorithm>

@@ -15,8 +15,8 @@ namespace scanmill::optimise {
 
 inline constexpr std::uint32_t kNone = 0xffffffffu;
 
-/// Half-edge 4 t + e runs from corner e of slot t to corner e + 1; numbers 4 t + 3 are not in use, so that no step needs a
-/// division. Arrays per half-edge have kPerSlot entries for each slot.
+/// Half-edge 4 t + e runs from corner e of slot t to corner e + 1; numbers 4 t + 3 are not in use, so that no step
+/// needs a division. Arrays per half-edge have kPerSlot entries for each slot.
 inline constexpr std::uint32_t kPerSlot = 4;
 constexpr std::uint32_t slot_of(std::uint32_t h) { return h >> 2; }
 constexpr std::uint32_t half_of(std::uint32_t t, std::uint32_t e) { return t << 2 | e; }
@@ -31,9 +31,9 @@ struct alignas(32) Slot {
 
 /// The two triangles (a, b, c) and (b, a, d) at an edge a-b. After the swap: (c, d, b) in slot t and (d, c, a) in u.
 struct Quad {
-  std::uint32_t t, u;                // slots
-  std::uint32_t a, b, c, d;          // vertices
-  std::uint32_t bc, ca, ad, db;      // half-edges of t and u along the sides
+  std::uint32_t t, u;            // slots
+  std::uint32_t a, b, c, d;      // vertices
+  std::uint32_t bc, ca, ad, db;  // half-edges of t and u along the sides
 };
 
 class Surface {

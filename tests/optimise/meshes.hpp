@@ -107,8 +107,16 @@ inline std::size_t shuffle_diagonals(Mesh& mesh, double range_mm, std::size_t dr
 }
 
 inline std::vector<std::uint64_t> numbers(const TopologyCounts& c) {
-  return {c.vertices_used,       c.triangles,         c.edges,      c.boundary_edges, c.boundary_loops, c.nonmanifold_edges,
-          c.nonmanifold_vertices, c.misoriented_edges, c.components, static_cast<std::uint64_t>(c.euler)};
+  return {c.vertices_used,
+          c.triangles,
+          c.edges,
+          c.boundary_edges,
+          c.boundary_loops,
+          c.nonmanifold_edges,
+          c.nonmanifold_vertices,
+          c.misoriented_edges,
+          c.components,
+          static_cast<std::uint64_t>(c.euler)};
 }
 
 /// Sum over inner edges of the angle between the two normals, degrees.

@@ -92,7 +92,8 @@ TEST(BothPasses, FindNothingLeftWhenRunAgain) {
   }
 }
 
-/// Mean square distance of points of the triangles from the planes of the cube |x|, |y|, |z| = half, near its edges only.
+/// Mean square distance of points of the triangles from the planes of the cube |x|, |y|, |z| = half, near its edges
+/// only.
 double square_off_cube(const Mesh& mesh, double half, double near_edge) {
   double sum = 0, count = 0;
   for (const Triangle& t : mesh.triangles)
