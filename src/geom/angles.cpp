@@ -43,4 +43,9 @@ double acos_degrees(double cosine) {
   return degrees_of(std::sqrt((1 - cosine) * (1 + cosine)), cosine);
 }
 
+double degrees_of_chord(double chord) {
+  const double half = chord > 0 ? (chord < 2 ? chord / 2 : 1) : 0;
+  return 2 * degrees_of(half, std::sqrt(1 - half * half));
+}
+
 }  // namespace scanmill

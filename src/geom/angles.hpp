@@ -18,4 +18,8 @@ double degrees_between(Vec3 u, Vec3 v);
 /// degrees (near 0 and 180 that is of the cosine given; where two directions are at hand, degrees_between keeps more).
 double acos_degrees(double cosine);
 
+/// The angle in [0, 180] degrees between two unit vectors that are `chord` apart, clamped to [0, 2]; exact to rounding
+/// for small angles, where the cosine has nothing left to tell.
+double degrees_of_chord(double chord);
+
 }  // namespace scanmill
