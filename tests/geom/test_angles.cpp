@@ -56,16 +56,18 @@ TEST(DegreesBetween, DoesNotDependOnLengths) {
   EXPECT_EQ(degrees_between({}, {1, 0, 0}), 0);
 }
 
+constexpr double kPerRadian = 57.29577951308232;
+
 TEST(DegreesOfChord, IsTheAngleBetweenUnitVectors) {
   for (int i = 0; i <= 18000; ++i) {
-    const double angle = i / 100.0, chord = 2 * std::sin(angle / kDegrees / 2);
+    const double angle = i / 100.0, chord = 2 * std::sin(angle / kPerRadian / 2);
     EXPECT_NEAR(degrees_of_chord(chord), angle, i < 17900 ? 1e-9 : 1e-5) << angle;  // steep at the far end
   }
   EXPECT_EQ(degrees_of_chord(0), 0);
   EXPECT_EQ(degrees_of_chord(2.5), 180);
 }
 
-TEST(DegreesOfChord, KeepsSmallAngles) { EXPECT_NEAR(degrees_of_chord(1e-9) / kDegrees, 1e-9, 1e-24); }
+TEST(DegreesOfChord, KeepsSmallAngles) { EXPECT_NEAR(degrees_of_chord(1e-9) / kPerRadian, 1e-9, 1e-24); }
 
 TEST(DegreesOfChord, NeverFalls) {
   Random random(5, 6, 7);
