@@ -21,9 +21,8 @@ Result<Node> PipelineWork::resolve(const Node& what, const std::string& name) co
 }
 
 Result<runner::Archive> PipelineWork::discover(const std::string& archive, const Node& what) {
-  const Node* meshes = what.find("mesh_vertices_as_scan");
   archive_ = archive;
-  TRY_ASSIGN(pipeline::Discovery found, pipeline::discover(archive, meshes && meshes->is_bool() && meshes->as_bool()));
+  TRY_ASSIGN(pipeline::Discovery found, pipeline::discover(archive, pipeline::discovery_keys(what)));
   scans_ = std::move(found.scans);
   runner::Archive result;
   result.notes = std::move(found.notes);

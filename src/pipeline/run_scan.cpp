@@ -77,7 +77,7 @@ Result<std::string> fingerprint_of(const std::string& archive, const ScanSpec& s
     hash.add(std::string_view("\n"));
   };
   for (const auto& [stage, version] : stage_versions()) line(stage + " " + version);
-  line(document::to_canonical_json(to_document(what)));
+  line(document::to_canonical_json(to_document(what_for(what, scan.name))));
   line(scan.name);
   if (!scan.description.empty()) {
     TRY_ASSIGN(const HashCache::Entry entry, cache.entry_of(archive + "/" + scan.description, scan.description));
@@ -101,7 +101,7 @@ Result<ScanResult> run_scan(const std::string& archive, const ScanSpec& scan, co
   result.notes = scan.notes;
   StageClock clock(result.stage_seconds);
 
-  TRY_ASSIGN(const auto points, ScanPoints::open(archive, scan, what.units_mm));
+  TRY_ASSIGN(const auto points, ScanPoints::open(archive, scan, what.units_mm, what.format));
   for (const OpenView& view : points->views())
     for (const std::string& note : view.header.notes) result.notes.push_back(view.path + ": " + note);
   clock.lap("open");

@@ -22,13 +22,13 @@ Result<void> add_description(const std::string& archive, const ScanSpec& scan, R
   return {};
 }
 
-void add_inputs(const ScanSpec& scan, const ScanPoints& points, const std::vector<std::string>& digests,
-                Record& record) {
-  record.inputs.resize(scan.views.size());
-  for (std::size_t v = 0; v < scan.views.size(); ++v) {
-    record.inputs[v].path = scan.views[v].path;
-    record.inputs[v].missing = scan.views[v].missing;
-    record.inputs[v].pose = scan.views[v].pose.matrix();
+void add_inputs(const ScanPoints& points, const std::vector<std::string>& digests, Record& record) {
+  const std::vector<ViewSpec>& views = points.specs();
+  record.inputs.resize(views.size());
+  for (std::size_t v = 0; v < views.size(); ++v) {
+    record.inputs[v].path = views[v].path;
+    record.inputs[v].missing = views[v].missing;
+    record.inputs[v].pose = views[v].pose.matrix();
     record.inputs[v].units_mm = points.units_mm();
   }
   const std::vector<ViewCounts> counts = points.counts();
@@ -38,8 +38,7 @@ void add_inputs(const ScanSpec& scan, const ScanPoints& points, const std::vecto
     entry.sha256 = digests[k];
     entry.bytes = view.stamp.size;
     entry.format = view.header.format;
-    entry.row_meaning =
-        view.header.row_meaning == formats::RowMeaning::VertexFromZero ? "vertex from 0" : "line from 1";
+    entry.row_meaning = formats::name_of(view.header.row_meaning);
     entry.pose = view.pose.matrix();
     entry.points_read = counts[k].points_read;
     entry.points_used = counts[k].kept();
@@ -146,9 +145,9 @@ Result<Record> record_of(const std::string& archive, const ScanSpec& scan, const
                          const std::string& stl_digest) {
   Record record;
   record.scan = scan.name;
-  record.what_json = document::to_canonical_json(to_document(what));
+  record.what_json = document::to_canonical_json(to_document(what_for(what, scan.name)));
   TRY(add_description(archive, scan, record));
-  add_inputs(scan, points, digests, record);
+  add_inputs(points, digests, record);
   add_reduced(reduction, record);
   add_surface(surface, record);
   add_counters(reduction.report, surface, record);

@@ -78,7 +78,7 @@ struct Opened {
 Result<Opened> open_inputs(const std::vector<std::string>& inputs, const What& what) {
   Opened opened;
   TRY_ASSIGN(opened.input, scan_of_files(inputs));
-  TRY_ASSIGN(opened.points, ScanPoints::open(opened.input.archive, opened.input.scan, what.units_mm));
+  TRY_ASSIGN(opened.points, ScanPoints::open(opened.input.archive, opened.input.scan, what.units_mm, what.format));
   return opened;
 }
 

@@ -14,7 +14,8 @@ using document::Problems;
 using document::shown;
 
 constexpr std::string_view kKeys[] = {
-    "profile", "units", "mesh_vertices_as_scan", "lattice", "reduce", "grow", "seeds", "merge", "outputs"};
+    "profile", "units",  "mesh_vertices_as_scan", "format", "views", "lattice", "reduce", "grow", "seeds",
+    "merge",   "outputs"};
 constexpr std::string_view kProfiles[] = {"scan", "paper"};
 constexpr std::string_view kUnits[] = {"mm", "cm", "m", "um", "in"};
 constexpr std::string_view kOutputs[] = {"stl"};
@@ -39,6 +40,9 @@ std::span<const Field> top_fields() {
           {}, kProfiles),
       field<What, &What::mesh_vertices_as_scan>("mesh_vertices_as_scan", "",
                                                 "Take the vertices of files that hold a mesh as a scan."),
+      field<What, &What::format>("format", "",
+                                 "Format of the input files; auto judges each by its content, then by its suffix.", {},
+                                 formats::format_words()),
   };
   return kTable;
 }
@@ -151,6 +155,7 @@ What read(const Node& root, Problems& problems) {
     if (const Node* value = root.find(row.name))
       document::read_field(*value, std::string(row.name), row, &what, problems);
   set_profile(what);
+  if (const Node* value = root.find("views")) what.views = read_views(*value, problems);
   if (const Node* value = root.find("units")) read_units(*value, what, problems);
   auto section = [&](std::string_view key, std::span<const Field> table, void* object) {
     if (const Node* value = root.find(key))
@@ -188,6 +193,17 @@ Result<What> what_from(const Node& root, const std::string& name, bool needs_bin
 
 void check_part(const Node& part, Problems& problems) { (void)read(part, problems); }
 
+DiscoveryKeys discovery_keys(const Node& root) {
+  Problems ignored("");
+  What what = read(root, ignored);
+  return {what.mesh_vertices_as_scan, what.format, std::move(what.views)};
+}
+
+What what_for(What what, const std::string& scan) {
+  std::erase_if(what.views, [&](const ViewsSpec& spec) { return spec.name != scan; });
+  return what;
+}
+
 namespace {
 void overlay(Node& base, const Node& over) {
   if (!base.is_map() || !over.is_map()) {
@@ -221,6 +237,8 @@ Node to_document(const What& what) {
   tree.set("profile", kProfiles[static_cast<std::size_t>(what.profile)]);
   tree.set("units", what.units);
   tree.set("mesh_vertices_as_scan", what.mesh_vertices_as_scan);
+  tree.set("format", formats::format_words()[static_cast<std::size_t>(what.format)]);
+  if (!what.views.empty()) tree.set("views", to_document(what.views));
   tree.set("lattice", document::fields_to_document(reduce::LatticeParams::fields(), &what.lattice));
   tree.set("reduce", document::fields_to_document(reduce::Params::fields(), &what.reduce));
   Node grow = document::fields_to_document(GrowthLimits::fields(), &what.grow);

@@ -9,9 +9,11 @@
 #include "base/result.hpp"
 #include "document/document.hpp"
 #include "document/read_fields.hpp"
+#include "formats/view_reader.hpp"
 #include "grow/params.hpp"
 #include "merge/params.hpp"
 #include "mesh/limits.hpp"
+#include "pipeline/discovery.hpp"
 #include "reduce/params.hpp"
 
 namespace scanmill::pipeline {
@@ -23,6 +25,8 @@ struct What {
   double units_mm = 1;  // mm per unit of input files that do not say themselves (a plan does)
   std::string units = "mm";
   bool mesh_vertices_as_scan = false;
+  formats::Format format = formats::Format::Auto;
+  std::vector<ViewsSpec> views;
   reduce::LatticeParams lattice;
   reduce::Params reduce;
   GrowthLimits grow;
@@ -31,10 +35,10 @@ struct What {
   std::vector<std::string> outputs{"stl"};  // "stl" for now
 };
 
-/// Reads the what keys (profile, units, mesh_vertices_as_scan, lattice, reduce, grow, seeds, merge, outputs) of a tree;
-/// keys of others are left alone. `profile` sets the defaults, single keys override. `needs_bin` false: a tree without
-/// a bin size is fine (tools that do not bin).
-/// errors  BadParameter, all problems at once, one per line: "name:line:column: key: found; allowed; nearest"
+/// Reads the what keys (profile, units, mesh_vertices_as_scan, format, views, lattice, reduce, grow, seeds, merge,
+/// outputs) of a tree; keys of others are left alone. `profile` sets the defaults, single keys override. `needs_bin`
+/// false: a tree without a bin size is fine (tools that do not bin). errors  BadParameter, all problems at once, one
+/// per line: "name:line:column: key: found; allowed; nearest"
 Result<What> what_from(const document::Node& root, const std::string& name, bool needs_bin = true);
 /// The problems of a tree that need not be complete (an entry of `overrides`): the same lines, but no bin size is asked
 /// for.
@@ -42,6 +46,11 @@ void check_part(const document::Node& part, document::Problems& problems);
 /// `base` with the keys of `over`: maps are joined, other values replaced; a key of a group that excludes each other
 /// (bin_mm, target_points, target_bins; min_normal_dot, max_normal_deg) takes the place of the group's others.
 document::Node overlay_what(document::Node base, const document::Node& over);
+/// The keys that discovery needs, out of a tree that need not be complete or sound: keys with problems keep their
+/// defaults.
+DiscoveryKeys discovery_keys(const document::Node& root);
+/// The keys that decide the bytes of one scan: entries of `views` for other scans do not.
+What what_for(What what, const std::string& scan);
 /// Complete tree of the resolved values (defaults filled in); canonical JSON of it enters fingerprints and records.
 document::Node to_document(const What& what);
 /// Names of the what keys on the top level of a job.

@@ -88,6 +88,8 @@ Node what_schema() {
   properties.set("units",
                  words_schema(unit_words(), "Length unit of input files that do not say it themselves.", "mm"));
   top("mesh_vertices_as_scan");
+  top("format");
+  properties.set("views", views_schema());
   section("lattice", reduce::LatticeParams::fields(), &defaults.lattice,
           "Bins; exactly one of bin_mm, target_points, target_bins.");
   section("reduce", reduce::Params::fields(), &defaults.reduce, "Which point of each bin is kept.");

@@ -194,8 +194,9 @@ TEST(OpenView, SurvivesEveryBrokenFile) {
 
 TEST(OpenView, NamesFormatsItDoesNotRead) {
   const std::pair<const char*, std::string> files[] = {
-      {"a.pcd", "VERSION .7\n"}, {"a.xyz", "# .PCD v0.7\n"}, {"a.ply", "LASF1234"}, {"a.e57", "x"},
-      {"a.ptx", "1\n1\n"},       {"a", "\x89PNG"},           {"a.STL", "solid a\n"}};
+      {"a.laz", "x"},      {"a.las", "LASF" + std::string(100, '\0') + "\x83"},
+      {"a.e57", "x"},      {"a.xyz", "glTF"},
+      {"a", "PK\x03\x04"}, {"a.STL", "solid a\n"}};
   for (const auto& [name, bytes] : files) {
     const auto whole = read_whole(name, bytes);
     ASSERT_FALSE(whole.ok()) << name;
@@ -217,6 +218,15 @@ TEST(Probe, TellsPointsFromPosesAndProse) {
   EXPECT_EQ(kind("a.txt", ""), FileKind::Text);
   EXPECT_EQ(kind("a.ply", ""), FileKind::Ply);
   EXPECT_EQ(kind("a.bin", std::string("\0\1\2", 3)), FileKind::Other);
+  EXPECT_EQ(kind("a.pcd", "VERSION .7\n"), FileKind::Pcd);
+  EXPECT_EQ(kind("a.xyz", "# .PCD v0.7\n"), FileKind::Pcd);
+  EXPECT_EQ(kind("a.txt", "VERSION 0.7\nFIELDS x y z\n"), FileKind::Pcd);
+  EXPECT_EQ(kind("a.ply", "LASF1234"), FileKind::Las);
+  EXPECT_EQ(kind("a", "\x89PNG"), FileKind::DepthMap);
+  EXPECT_EQ(kind("a.pts", "2\n1 2 3\n1 2 3\n"), FileKind::Pts);
+  EXPECT_EQ(kind("a.ptx", "1\n1\n"), FileKind::Ptx);
+  const std::string axes = "0 0 0\n1 0 0\n0 1 0\n0 0 1\n", unit = "1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n";
+  EXPECT_EQ(kind("a.txt", "1\n1\n" + axes + unit + "1 2 3 0.5\n"), FileKind::Ptx);
   EXPECT_TRUE(
       probe(*memory_source("a.ply", "ply\nformat ascii 1.0\nelement face 1\nproperty int a\nend_header\n"))->has_faces);
 }
