@@ -27,6 +27,9 @@ struct ViewsSpec {
 
 /// Reads the list; problems go to `problems`, entry by entry.
 std::vector<ViewsSpec> read_views(const document::Node& list, document::Problems& problems);
+/// The keys intrinsics and depth_scale of a map; empty without intrinsics. `key` is the map's own, for problems.
+std::optional<formats::DepthCamera> read_camera(const document::Node& map, const std::string& key,
+                                                document::Problems& problems);
 /// The list as read_views takes it, defaults filled in.
 document::Node to_document(const std::vector<ViewsSpec>& views);
 /// Draft-07 schema of the list.

@@ -31,8 +31,12 @@ struct Entry {
   const std::string key;
   Problems& problems;
 
+  std::string path(std::string_view name) const {
+    return key.empty() ? std::string(name) : key + "." + std::string(name);
+  }
+
   void wrong(const Node& value, std::string_view name, const std::string& allowed) const {
-    problems.add(value.mark, key + "." + std::string(name), "found " + shown(value) + "; allowed " + allowed);
+    problems.add(value.mark, path(name), "found " + shown(value) + "; allowed " + allowed);
   }
 
   std::string text(std::string_view name) const {
@@ -112,25 +116,6 @@ void read_pose_keys(const Entry& entry, ViewsSpec& spec) {
     entry.problems.add(pose->mark, entry.key + ".pose", good.error().message);
 }
 
-void read_camera(const Entry& entry, ViewsSpec& spec) {
-  const Node* value = entry.node.find("intrinsics");
-  const Node* scale = entry.node.find("depth_scale");
-  if (value == nullptr && scale != nullptr)
-    return entry.problems.add(scale->mark, entry.key + ".depth_scale",
-                              "found no intrinsics with it; add intrinsics: [fx, fy, cx, cy]");
-  if (value == nullptr) return;
-  const auto numbers = entry.numbers(*value, "intrinsics", 4, "four numbers [fx, fy, cx, cy] in pixels");
-  if (!numbers.empty() && (numbers[0] == 0 || numbers[1] == 0))
-    return entry.wrong(*value, "intrinsics", "[fx, fy, cx, cy] with fx and fy other than 0");
-  if (numbers.empty()) return;
-  spec.camera = formats::DepthCamera{numbers[0], numbers[1], numbers[2], numbers[3]};
-  if (scale == nullptr) return;
-  if (scale->is_number() && scale->as_number() > 0 && std::isfinite(scale->as_number()))
-    spec.camera->depth_scale = scale->as_number();
-  else
-    entry.wrong(*scale, "depth_scale", "a number above 0: pixel values per unit of length");
-}
-
 Node described(const char* type, const char* help) {
   Node schema = Node::map();
   schema.set("description", help);
@@ -166,6 +151,29 @@ Node pose_schema() {
 
 }  // namespace
 
+std::optional<formats::DepthCamera> read_camera(const Node& map, const std::string& key, Problems& problems) {
+  const Entry entry{map, key, problems};
+  const Node* value = map.find("intrinsics");
+  const Node* scale = map.find("depth_scale");
+  if (value == nullptr) {
+    if (scale != nullptr)
+      problems.add(scale->mark, entry.path("depth_scale"),
+                   "found no intrinsics with it; add intrinsics: [fx, fy, cx, cy]");
+    return std::nullopt;
+  }
+  const auto numbers = entry.numbers(*value, "intrinsics", 4, "four numbers [fx, fy, cx, cy] in pixels");
+  if (numbers.empty()) return std::nullopt;
+  if (numbers[0] == 0 || numbers[1] == 0)
+    entry.wrong(*value, "intrinsics", "[fx, fy, cx, cy] with fx and fy other than 0");
+  formats::DepthCamera camera{numbers[0], numbers[1], numbers[2], numbers[3]};
+  if (scale == nullptr) return camera;
+  if (scale->is_number() && scale->as_number() > 0 && std::isfinite(scale->as_number()))
+    camera.depth_scale = scale->as_number();
+  else
+    entry.wrong(*scale, "depth_scale", "a number above 0: pixel values per unit of length");
+  return camera;
+}
+
 std::vector<ViewsSpec> read_views(const Node& list, Problems& problems) {
   std::vector<ViewsSpec> views;
   if (!list.is_sequence()) {
@@ -187,7 +195,7 @@ std::vector<ViewsSpec> read_views(const Node& list, Problems& problems) {
     read_files(entry, spec);
     read_every(entry, spec);
     read_pose_keys(entry, spec);
-    read_camera(entry, spec);
+    spec.camera = read_camera(item, key, problems);
     for (std::size_t i = 0; i + 1 < views.size(); ++i)
       if (!spec.name.empty() && views[i].name == spec.name)
         problems.add(item.mark, key + ".name", "found " + spec.name + " a second time; each scan has its own name");

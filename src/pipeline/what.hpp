@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The *what* of one scan: everything that decides its bytes, and nothing else.
 #pragma once
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -27,6 +28,7 @@ struct What {
   bool mesh_vertices_as_scan = false;
   formats::Format format = formats::Format::Auto;
   std::vector<ViewsSpec> views;
+  std::optional<formats::DepthCamera> camera;  // of depth maps named on the command line; a job says it in views
   reduce::LatticeParams lattice;
   reduce::Params reduce;
   GrowthLimits grow;
