@@ -200,6 +200,8 @@ constexpr Unit kUnits[] = {{"mm", "millimetres", 1},
                            {"in", "inches", 25.4},
                            {"um", "micrometres", 0.001}};
 
+constexpr double kMostPlausibleBins = 50000;  // across a cloud
+
 std::string rounded(double value) {
   double step = 1;  // two digits are enough to recognise a size
   while (value >= 100 * step) step *= 10;
@@ -217,7 +219,8 @@ std::string implausible_size(const Bounds& bounds, double units_mm, double bin_m
   const bool few_bins = bin_mm > 0 && largest < 4 * bin_mm;
   const bool below_1_mm = units_mm == 1 && largest < 1;
   const bool tiny = few_bins || below_1_mm;
-  const bool huge = units_mm >= 1000 && largest > 1e5;
+  // A survey is hundreds of metres wide and has bins to match; a part declared as metres has bins of a part.
+  const bool huge = units_mm >= 1000 && largest > 1e5 && (bin_mm <= 0 || largest > kMostPlausibleBins * bin_mm);
   if (!tiny && !huge) return {};
   const std::string text = std::string("size ")
                                .append(rounded(size.x))
