@@ -25,6 +25,8 @@ std::optional<double> parse_number(std::string_view text);
 /// The candidate with the least edit distance (less than half the word), else the first that begins
 /// with the word, else empty.
 std::string_view nearest_name(std::string_view word, std::span<const std::string_view> candidates);
+/// `*` in the pattern stands for any run of characters ('/' included), `?` for one; a name matches itself.
+bool matches_pattern(std::string_view pattern, std::string_view name);
 /// What stands between blanks, tabs and carriage returns; views into `line`.
 std::vector<std::string_view> words_of(std::string_view line);
 /// What stands between line feeds, at least one (empty) line.

@@ -154,7 +154,7 @@ int run_run(const CommonOptions& common, runner::RunOptions options, const runne
   options.threads = common.threads;
   options.version = version();
   options.libraries = libraries();
-  PipelineWork work;
+  PipelineWork work({options.job, "scanmill " + options.version, runner::utc_now()});
   return runner::run_job(options, work, console, stop);
 }
 

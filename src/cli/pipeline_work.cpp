@@ -21,9 +21,8 @@ Result<Node> PipelineWork::resolve(const Node& what, const std::string& name) co
 }
 
 Result<runner::Archive> PipelineWork::discover(const std::string& archive, const Node& what) {
-  const Node* meshes = what.find("mesh_vertices_as_scan");
   archive_ = archive;
-  TRY_ASSIGN(pipeline::Discovery found, pipeline::discover(archive, meshes && meshes->is_bool() && meshes->as_bool()));
+  TRY_ASSIGN(pipeline::Discovery found, pipeline::discover(archive, pipeline::discovery_keys(what)));
   scans_ = std::move(found.scans);
   runner::Archive result;
   result.notes = std::move(found.notes);
@@ -56,7 +55,7 @@ Result<runner::Outcome> PipelineWork::run(std::size_t scan, const Node& resolved
                                           const Context& context, Progress& progress) {
   const pipeline::ScanSpec& spec = scans_[scan];
   TRY_ASSIGN(const pipeline::What what, pipeline::what_from(resolved, spec.name));
-  TRY_ASSIGN(pipeline::ScanResult result, pipeline::run_scan(archive_, spec, what, folder, context, progress));
+  TRY_ASSIGN(pipeline::ScanResult result, pipeline::run_scan(archive_, spec, what, folder, frame_, context, progress));
   runner::Outcome outcome;
   outcome.counts.set("points_read", result.points_read);
   outcome.counts.set("points_used", result.points_used);
@@ -67,6 +66,9 @@ Result<runner::Outcome> PipelineWork::run(std::size_t scan, const Node& resolved
   outcome.counts.set("boundary_loops", result.boundary_loops);
   outcome.counts.set("patches", result.patches);
   outcome.counts.set("strays", result.strays);
+  outcome.counts.set("max_error_mm", result.max_error_mm);
+  outcome.counts.set("rms_mm", result.rms_mm);
+  outcome.failed_gates = std::move(result.failed_gates);
   for (std::string& note : result.notes)  // discovery's notes are known to the runner already
     if (std::find(spec.notes.begin(), spec.notes.end(), note) == spec.notes.end())
       outcome.notes.push_back(std::move(note));

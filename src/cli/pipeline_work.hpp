@@ -14,6 +14,8 @@ namespace scanmill::cli {
 
 class PipelineWork final : public runner::Work {
  public:
+  /// `frame`: what reports say about the run.
+  explicit PipelineWork(pipeline::RunFrame frame = {}) : frame_(std::move(frame)) {}
   std::span<const std::string_view> what_keys() const override { return pipeline::what_keys(); }
   void check_part(const document::Node& part, document::Problems& problems) const override;
   document::Node overlay(document::Node base, const document::Node& over) const override;
@@ -26,6 +28,7 @@ class PipelineWork final : public runner::Work {
   std::string save_hashes() const override { return hashes_.save(); }
 
  private:
+  pipeline::RunFrame frame_;
   std::string archive_;
   std::vector<pipeline::ScanSpec> scans_;
   pipeline::HashCache hashes_;

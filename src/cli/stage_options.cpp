@@ -43,6 +43,12 @@ void StageOptions::add_to(CLI::App& command, std::initializer_list<std::string_v
     command.add_option(
         "--units", units_,
         "Length unit of files that do not say it themselves: " + document::joined(pipeline::unit_words()) + ".");
+  if (has("")) {
+    command.add_option("--intrinsics", intrinsics_, "Camera of depth maps (16-bit PNG): fx,fy,cx,cy in pixels.")
+        ->allow_extra_args(false);
+    command.add_option("--depth-scale", depth_scale_,
+                       "Pixel values of a depth map per unit of length; 1000 if not given.");
+  }
   for (const pipeline::WhatField& key : pipeline::what_fields()) {
     if (!has(key.section)) continue;
     given_.push_back(std::make_unique<Given>(Given{key, option_name(key.field->name), {}}));
@@ -84,7 +90,17 @@ Result<pipeline::What> StageOptions::what(bool needs_bin) const {
     if (!section) section = &root.set("seeds", Node::map());
     section->set("points", std::move(points));
   }
-  return pipeline::what_from(root, "command line", needs_bin);
+  TRY_ASSIGN(pipeline::What what, pipeline::what_from(root, "command line", needs_bin));
+  Node camera = Node::map();
+  if (!intrinsics_.empty()) {
+    Node numbers = value_of("[" + intrinsics_ + "]");
+    numbers.text.clear();
+    camera.set("intrinsics", std::move(numbers));
+  }
+  if (!depth_scale_.empty()) camera.set("depth_scale", value_of(depth_scale_));
+  what.camera = pipeline::read_camera(camera, "", problems);
+  if (!problems.empty()) return problems.error();
+  return what;
 }
 
 }  // namespace scanmill::cli

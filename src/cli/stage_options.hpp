@@ -18,7 +18,8 @@ namespace scanmill::cli {
 
 class StageOptions {
  public:
-  /// Adds the keys of these sections ("" is the job's top level, "seeds" also --seed x,y,z) to the command.
+  /// Adds the keys of these sections ("" is the job's top level with the camera of depth maps, "seeds" also
+  /// --seed x,y,z) to the command.
   void add_to(CLI::App& command, std::initializer_list<std::string_view> sections);
   /// The values given, judged like a job's.
   /// errors  BadParameter, a line each, with "command line" as place
@@ -30,7 +31,7 @@ class StageOptions {
     std::string option, text;
   };
   std::vector<std::unique_ptr<Given>> given_;  // addresses are bound to options
-  std::string units_;
+  std::string units_, intrinsics_, depth_scale_;
   std::vector<std::string> seeds_;
 };
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cstring>
+#include <optional>
 #include <vector>
 
 #include "formats/cursor.hpp"
@@ -23,8 +24,7 @@ struct Magic {
 };
 using namespace std::string_view_literals;
 constexpr Magic kMagics[] = {
-    {"LASF"sv, "LAS/LAZ"}, {"ASTM-E57"sv, "E57"},       {"# .PCD"sv, "PCD"},    {".PCD"sv, "PCD"},
-    {"\x89PNG"sv, "PNG"},  {"\xff\xd8\xff"sv, "JPEG"},  {"II*\0"sv, "TIFF"},    {"MM\0*"sv, "TIFF"},
+    {"ASTM-E57"sv, "E57"}, {"\xff\xd8\xff"sv, "JPEG"},  {"II*\0"sv, "TIFF"},    {"MM\0*"sv, "TIFF"},
     {"\x89HDF"sv, "HDF5"}, {"PK\x03\x04"sv, "ZIP/3MF"}, {"\x1f\x8b"sv, "gzip"}, {"ISO-10303-21"sv, "STEP"},
     {"glTF"sv, "glTF"},    {"# vtk DataFile"sv, "VTK"}, {"<?xml"sv, "XML"},
 };
@@ -34,13 +34,14 @@ struct Suffix {
   const char* format;
 };
 constexpr Suffix kUnsupported[] = {
-    {"pcd", "PCD"},  {"las", "LAS/LAZ"}, {"laz", "LAS/LAZ"}, {"e57", "E57"},   {"ptx", "PTX"},   {"stl", "STL"},
-    {"obj", "OBJ"},  {"off", "OFF"},     {"3mf", "ZIP/3MF"}, {"gltf", "glTF"}, {"glb", "glTF"},  {"vtk", "VTK"},
-    {"vtp", "VTK"},  {"igs", "IGES"},    {"iges", "IGES"},   {"stp", "STEP"},  {"step", "STEP"}, {"dxf", "DXF"},
-    {"fls", "FARO"}, {"rdb", "RIEGL"},   {"rxp", "RIEGL"},   {"zfs", "Z+F"},   {"aln", "ALN"},
+    {"laz", "LAZ"},     {"e57", "E57"},   {"stl", "STL"},   {"obj", "OBJ"},   {"off", "OFF"},
+    {"3mf", "ZIP/3MF"}, {"gltf", "glTF"}, {"glb", "glTF"},  {"vtk", "VTK"},   {"vtp", "VTK"},
+    {"igs", "IGES"},    {"iges", "IGES"}, {"stp", "STEP"},  {"step", "STEP"}, {"dxf", "DXF"},
+    {"fls", "FARO"},    {"rdb", "RIEGL"}, {"rxp", "RIEGL"}, {"zfs", "Z+F"},
 };
-constexpr std::string_view kPoints[] = {"ply", "xyz",  "asc",    "txt",  "csv", "pwn",
-                                        "pts", "xyzn", "xyzrgb", "xyzi", "dat"};
+constexpr std::string_view kPoints[] = {"ply",  "xyz",    "asc",  "txt", "csv", "pwn", "pts",
+                                        "xyzn", "xyzrgb", "xyzi", "dat", "pcd", "las", "ptx"};
+constexpr std::size_t kLasPointFormat = 104;  // its byte; the two highest bits mean LAZ
 
 bool is_text(std::string_view bytes) { return bytes.find('\0') == std::string_view::npos; }
 
@@ -70,6 +71,53 @@ bool holds_pose_matrices(std::string_view text, bool complete) {
 
 /// Formats whose files are read as meshes, though not as clouds.
 bool is_mesh_format(std::string_view format) { return format == "STL" || format == "OBJ" || format == "OFF"; }
+
+/// The ten lines that begin a PTX scan: two counts, four times three numbers, four times four.
+bool looks_like_ptx(std::string_view text) {
+  std::size_t row = 0;
+  for (std::size_t at = 0; at < text.size() && row < 10;) {
+    const std::size_t end = text.find('\n', at);
+    if (end == std::string_view::npos) return false;
+    const std::string_view line = text.substr(at, end - at);
+    at = end + 1;
+    if (is_comment_or_blank(line)) continue;
+    const auto words = columns_of(line);
+    if (words.size() != (row < 2 ? 1u : row < 6 ? 3u : 4u)) return false;
+    for (const std::string_view word : words) {
+      double value = 0;
+      if (word.empty() || parse_decimal(word.data(), word.data() + word.size(), value) != word.data() + word.size())
+        return false;
+    }
+    ++row;
+  }
+  return row == 10;
+}
+
+bool looks_like_pcd(std::string_view text) {
+  if (text.starts_with("# .PCD") || text.starts_with(".PCD")) return true;
+  return text.starts_with("VERSION ") && text.find("\nFIELDS ") != std::string_view::npos;
+}
+
+/// Formats with readers of their own, by content.
+std::optional<Probe> probe_content(std::string_view bytes) {
+  if (bytes.starts_with("LASF")) {
+    const bool packed = bytes.size() > kLasPointFormat && (bytes[kLasPointFormat] & 0xc0) != 0;
+    return packed ? Probe{FileKind::Unsupported, "LAZ", false} : Probe{FileKind::Las, "las", false};
+  }
+  if (bytes.starts_with("\x89PNG")) return Probe{FileKind::DepthMap, "PNG", false};
+  if (looks_like_pcd(bytes)) return Probe{FileKind::Pcd, "pcd", false};
+  return std::nullopt;
+}
+
+/// The same by suffix, where the content does not tell.
+std::optional<Probe> probe_suffix(std::string_view suffix) {
+  if (suffix == "ply") return Probe{FileKind::Ply, "ply", false};
+  if (suffix == "pcd") return Probe{FileKind::Pcd, "pcd", false};
+  if (suffix == "las") return Probe{FileKind::Las, "las", false};
+  if (suffix == "ptx") return Probe{FileKind::Ptx, "ptx", false};
+  if (suffix == "png") return Probe{FileKind::DepthMap, "PNG", false};
+  return std::nullopt;
+}
 
 Probe probe_ply(const ByteSource& source) {
   Probe result{FileKind::Ply, "ply", false};
@@ -107,10 +155,11 @@ Result<Probe> probe(const ByteSource& source) {
   TRY(read_exactly(source, 0, std::span<char>(bytes.data(), bytes.size())));
   const std::string suffix = suffix_of(source.name());
   if (looks_like_ply(bytes)) return probe_ply(source);
+  if (auto found = probe_content(bytes)) return *found;
   for (const Magic& magic : kMagics)
     if (bytes.compare(0, magic.bytes.size(), magic.bytes) == 0)
       return Probe{FileKind::Unsupported, magic.format, false};
-  if (suffix == "ply") return Probe{FileKind::Ply, "ply", false};
+  if (auto found = probe_suffix(suffix)) return *found;
   for (const Suffix& row : kUnsupported)
     if (row.suffix == suffix) return Probe{FileKind::Unsupported, row.format, is_mesh_format(row.format)};
   if (is_binary_stl(bytes, source.size())) return Probe{FileKind::Unsupported, "STL", true};
@@ -118,6 +167,8 @@ Result<Probe> probe(const ByteSource& source) {
     return Probe{suffix != "txt" && suffix != "dat" && is_point_suffix(suffix) ? FileKind::Text : FileKind::Other,
                  "text", false};
   const bool complete = bytes.size() == source.size();
+  if (looks_like_ptx(bytes)) return Probe{FileKind::Ptx, "ptx", false};
+  if (suffix == "pts") return Probe{FileKind::Pts, "pts", false};
   if (holds_pose_matrices(bytes, complete)) return Probe{FileKind::PoseMatrices, "4x4 matrices", false};
   const auto start = judge_start(bytes, complete, source.name());
   // Prose called .txt or .csv is no scan that failed; the suffixes below say "points" by themselves.

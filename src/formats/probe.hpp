@@ -11,6 +11,11 @@ namespace scanmill::formats {
 enum class FileKind {
   Ply,           // points, perhaps with faces
   Text,          // lines of numbers
+  Pts,           // a count and lines of numbers
+  Ptx,           // scans with poses as text
+  Pcd,           // Point Cloud Library
+  Las,           // LAS, not compressed
+  DepthMap,      // PNG; points only with the numbers of the camera
   PoseMatrices,  // text: one or more 4x4 matrices
   Unsupported,   // a known format of points, meshes or images that this version does not read
   Other          // nothing we know
@@ -18,7 +23,7 @@ enum class FileKind {
 
 struct Probe {
   FileKind kind = FileKind::Other;
-  std::string format;      // "ply", "text", or the name of the unsupported format
+  std::string format;      // "ply", "text", "pcd", ..., or the name of the unsupported format
   bool has_faces = false;  // Ply with a face element that is not empty; STL, OBJ, OFF (see mesh_reader.hpp)
 };
 

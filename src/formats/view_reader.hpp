@@ -3,16 +3,22 @@
 #pragma once
 #include <cstdint>
 #include <memory>
+#include <optional>
+#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "base/bytes.hpp"
 #include "cloud/cloud.hpp"
+#include "geom/pose.hpp"
 
 namespace scanmill::formats {
 
 /// What a row number of a file counts.
-enum class RowMeaning { VertexFromZero, LineFromOne };
+enum class RowMeaning { VertexFromZero, LineFromOne, PointFromZero, PixelFromZero };
+/// "vertex from 0", "line from 1", "point from 0", "pixel from 0" (row of the image * width + column).
+const char* name_of(RowMeaning meaning);
 
 struct ViewHeader {
   std::string format;  // "ply ascii", "ply binary_little_endian", "xyz", ...
@@ -21,6 +27,8 @@ struct ViewHeader {
   bool has_faces = false;          // a mesh, so no scan unless asked
   bool has_grid = false;           // organised rows and columns (range_grid)
   std::vector<std::string> notes;  // what was skipped or repaired, one sentence each
+  Pose pose;                       // view frame -> frame of the file (PTX); translation in the file's units
+  ViewPoint view_point;            // in the view frame, in the file's units, as far as the file tells
 };
 
 /// One file, opened: the header has been read and checked against the file's size. Blocks are read by any thread, in
@@ -35,8 +43,31 @@ class ViewReader {
   virtual Result<void> read_block(std::size_t number, PointBlock& out) const = 0;
 };
 
-/// Opens by content first, by suffix where content does not tell. Fixed memory, whatever the header claims.
+/// Formats of points by name; Auto judges by content first, by suffix where content does not tell.
+enum class Format : std::int32_t { Auto, Ply, Text, Pts, Ptx, Pcd, Las, Png };
+std::span<const std::string_view> format_words();
+
+/// A pinhole camera looking along +z; pixel (u, v) of depth z is x = (u - cx) z / fx, y = (v - cy) z / fy.
+struct DepthCamera {
+  double fx = 0, fy = 0, cx = 0, cy = 0;  // pixels
+  double depth_scale = 1000;              // z = value / depth_scale, in the units of the input
+  friend bool operator==(const DepthCamera&, const DepthCamera&) = default;
+};
+
+/// What a file does not say itself.
+struct OpenOptions {
+  Format format = Format::Auto;
+  std::optional<DepthCamera> camera;  // depth maps need it
+};
+
+/// One reader per scan of the file, in file order: a PTX may hold several, all others hold one. Fixed memory (and what
+/// a reader says about itself), whatever the header claims.
 /// errors  BadInput naming file and place; Unsupported for a known format that this version does not read
-Result<std::unique_ptr<ViewReader>> open_view(std::shared_ptr<const ByteSource> source);
+Result<std::vector<std::unique_ptr<ViewReader>>> open_views(std::shared_ptr<const ByteSource> source,
+                                                            const OpenOptions& options = {});
+/// The same for files of one scan.
+/// errors  also BadInput where the file holds several
+Result<std::unique_ptr<ViewReader>> open_view(std::shared_ptr<const ByteSource> source,
+                                              const OpenOptions& options = {});
 
 }  // namespace scanmill::formats

@@ -7,6 +7,7 @@
 
 #include "document/document.hpp"
 #include "formats/conf.hpp"
+#include "formats/poses.hpp"
 #include "formats/probe.hpp"
 #include "pipeline/scan_names.hpp"
 #include "plan/plan.hpp"
@@ -23,25 +24,21 @@ std::string folder_of(const std::string& path) {
   return slash == std::string::npos ? std::string() : path.substr(0, slash + 1);
 }
 
-/// "a/./b//c" as list_files would name it: "a/b/c".
-std::string plain(const std::string& path) {
-  std::string out;
-  for (std::size_t at = 0; at < path.size();) {
-    const std::size_t end = std::min(path.find('/', at), path.size());
-    const std::string part = path.substr(at, end - at);
-    if (!part.empty() && part != ".") out.append(out.empty() ? "" : "/").append(part);
-    at = end + 1;
-  }
-  return out;
+std::string lower(std::string text) {
+  for (char& c : text)
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  return text;
 }
 
 class Finder {
  public:
-  Finder(const std::string& archive, bool mesh_vertices_as_scan, const std::vector<std::string>& files)
-      : archive_(archive), meshes_too_(mesh_vertices_as_scan), files_(files), present_(files.begin(), files.end()) {}
+  Finder(const std::string& archive, const DiscoveryKeys& keys, const std::vector<std::string>& files)
+      : archive_(archive), keys_(keys), files_(files), present_(files.begin(), files.end()) {}
 
   Result<Discovery> run() {
-    for (const std::string& file : files_) TRY(look_for_description(file));
+    for (const ViewsSpec& spec : keys_.views) take_views(spec);
+    for (const std::string& file : files_)
+      if (!claimed_.contains(file)) TRY(look_for_description(file));
     for (const std::string& file : files_)
       if (!claimed_.contains(file)) TRY(look_for_points(file));
     TRY(name_scans());
@@ -71,29 +68,44 @@ class Finder {
     return {};
   }
 
+  void take_views(const ViewsSpec& spec) {
+    Result<std::vector<formats::NamedPose>> poses = std::vector<formats::NamedPose>();
+    if (!spec.poses.empty()) {
+      const auto source = open(spec.poses);
+      poses = source.ok() ? formats::read_poses(**source) : Result<std::vector<formats::NamedPose>>(source.error());
+      claimed_.insert(spec.poses);
+    }
+    std::vector<std::string> matched;
+    ScanSpec scan = scan_of_views(spec, files_, poses, matched);
+    claimed_.insert(matched.begin(), matched.end());
+    by_hand_.push_back(std::move(scan));
+  }
+
   Result<void> look_for_description(const std::string& file) {
     const std::string suffix = formats::suffix_of(file);
-    if (suffix == "conf") return look_at_conf(file);
+    if (suffix == "conf" || suffix == "aln") return look_at_conf(file, suffix == "aln");
     if (suffix == "yaml" || suffix == "yml" || suffix == "json") return look_at_document(file);
     return {};
   }
 
-  Result<void> look_at_conf(const std::string& file) {
+  Result<void> look_at_conf(const std::string& file, bool is_aln) {
     const auto source = open(file);
     if (!source.ok()) return note_unreadable(source.error(), file);
-    const auto conf = formats::is_conf(**source);
+    const auto conf = is_aln ? Result<bool>(true) : formats::is_conf(**source);
     if (!conf.ok()) return note_unreadable(conf.error(), file);
     if (!*conf) return {};
     ScanSpec scan;
     scan.kind = ScanKind::Conf;
     scan.description = file;
-    const auto views = formats::read_conf(**source);
+    const auto views = formats::read_poses(**source);
     if (!views.ok()) {
       scan.broken = views.error().text();
+    } else if (views->front().name.empty()) {
+      scan.broken = file + ": holds poses without names of files; name it in views as poses";
     } else {
-      for (const formats::ConfView& view : *views) {
+      for (const formats::NamedPose& view : *views) {
         ViewSpec& spec = scan.views.emplace_back();
-        spec.path = plain(folder_of(file) + view.file);
+        spec.path = plain_path(folder_of(file) + view.name);
         spec.pose = view.pose;
         spec.pose_in_file_units = true;
       }
@@ -144,7 +156,7 @@ class Finder {
         continue;
       }
       ViewSpec& view = scan.views.emplace_back();
-      view.path = plain(folder_of(scan.description) + station.data);
+      view.path = plain_path(folder_of(scan.description) + station.data);
       view.pose = station.pose;
       view.expected_sha256 = station.sha256.value_or("");
       if (plan.has_sensor && plan.sensor.perspective)
@@ -160,7 +172,7 @@ class Finder {
     if (stations == nullptr || !stations->is_sequence()) return;
     for (const document::Node& station : stations->items())
       if (const document::Node* data = station.find("data"); data != nullptr && data->is_string())
-        claimed_.insert(plain(folder_of(file) + data->as_string()));
+        claimed_.insert(plain_path(folder_of(file) + data->as_string()));
   }
 
   /// The same where the plan cannot even be parsed: every file of the archive whose path stands in its text.
@@ -203,13 +215,15 @@ class Finder {
     const auto source = open(file);
     const auto probe = source.ok() ? formats::probe(**source) : Result<formats::Probe>(source.error());
     // A file that cannot be opened is a scan that fails when it is read; it must not vanish from the list.
-    if (probe.ok()) {
+    if (probe.ok() && keys_.format == formats::Format::Auto) {
+      if (probe->kind == formats::FileKind::DepthMap)
+        return note("of depth maps (name them in views, with intrinsics)", file), Result<void>{};
       if (probe->kind == formats::FileKind::Unsupported)
         return note("of the format " + probe->format + " not read by this version", file), Result<void>{};
       if (probe->kind == formats::FileKind::Other)
         return note("holding no lines of three numbers", file), Result<void>{};
       if (probe->kind == formats::FileKind::PoseMatrices) return {};
-      if (probe->has_faces && !meshes_too_)
+      if (probe->has_faces && !keys_.mesh_vertices_as_scan)
         return note("with faces (set mesh_vertices_as_scan: true to take their vertices)", file), Result<void>{};
     }
     found_.scans.push_back(std::move(scan));
@@ -222,25 +236,33 @@ class Finder {
       paths.push_back(scan.description.empty() ? scan.views[0].path : scan.description);
     TRY_ASSIGN(const std::vector<std::string> names, scan_names(paths));
     for (std::size_t i = 0; i < names.size(); ++i) found_.scans[i].name = names[i];
+    for (ScanSpec& scan : by_hand_) {
+      for (const ScanSpec& other : found_.scans)
+        if (lower(other.name) == lower(scan.name))
+          return fail(Code::BadParameter, "views: found the name " + scan.name + ", which the scan " + other.name +
+                                              " of the archive has already; choose another");
+      found_.scans.push_back(std::move(scan));
+    }
     std::sort(found_.scans.begin(), found_.scans.end(),
               [](const ScanSpec& a, const ScanSpec& b) { return a.name < b.name; });
     return {};
   }
 
   const std::string& archive_;
-  bool meshes_too_;
+  const DiscoveryKeys& keys_;
   const std::vector<std::string>& files_;
   std::set<std::string> present_;
   std::set<std::string> claimed_;  // descriptions, and files that belong to them
+  std::vector<ScanSpec> by_hand_;  // of `views`
   std::map<std::string, Group> groups_;
   Discovery found_;
 };
 
 }  // namespace
 
-Result<Discovery> discover(const std::string& archive, bool mesh_vertices_as_scan) {
+Result<Discovery> discover(const std::string& archive, const DiscoveryKeys& keys) {
   TRY_ASSIGN(const std::vector<std::string> files, store::list_files(archive));
-  return Finder(archive, mesh_vertices_as_scan, files).run();
+  return Finder(archive, keys, files).run();
 }
 
 }  // namespace scanmill::pipeline

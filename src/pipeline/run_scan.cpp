@@ -5,8 +5,11 @@
 
 #include "base/digest.hpp"
 #include "base/text.hpp"
-#include "export/writers.hpp"
 #include "pipeline/clean_scan.hpp"
+#include "pipeline/judge_scan.hpp"
+#include "pipeline/mesh_files.hpp"
+#include "pipeline/scan_page.hpp"
+#include "pipeline/scan_pictures.hpp"
 #include "pipeline/scan_points.hpp"
 #include "pipeline/scan_record.hpp"
 #include "pipeline/surface.hpp"
@@ -31,16 +34,6 @@ class StageClock {
   std::vector<std::pair<std::string, double>>& out_;
   Clock::time_point last_;
 };
-
-/// Writes the STL, reads it back and compares; its SHA-256.
-Result<std::string> write_and_check_stl(const Mesh& mesh, const std::string& path) {
-  TRY_ASSIGN(auto sink, store::create_file(path));
-  TRY(exporting::write_stl(mesh, *sink));
-  TRY(sink->commit());
-  TRY_ASSIGN(const auto source, store::open_file(path, path));
-  TRY(exporting::compare_stl(mesh, *source));
-  return sha256_of(*source);
-}
 
 /// Stages do not know files: an error without a place gets the file that stands for the scan.
 Error name_file(Error error, const ScanSpec& scan) {
@@ -68,8 +61,8 @@ void add_notes(const MeshedSurface& surface, const reduce::Report& report, const
 }  // namespace
 
 std::vector<std::pair<std::string, std::string>> stage_versions() {
-  return {{"read", "1"},  {"clean", "1"}, {"reduce", "2"}, {"stars", "1"}, {"front", "1"},
-          {"merge", "1"}, {"grow", "1"},  {"export", "1"}, {"record", "1"}};
+  return {{"read", "2"}, {"clean", "1"},    {"reduce", "2"}, {"stars", "1"},  {"front", "1"},  {"merge", "1"},
+          {"grow", "1"}, {"optimise", "1"}, {"verify", "1"}, {"export", "1"}, {"record", "2"}, {"report", "1"}};
 }
 
 Result<std::string> fingerprint_of(const std::string& archive, const ScanSpec& scan, const What& what,
@@ -80,7 +73,7 @@ Result<std::string> fingerprint_of(const std::string& archive, const ScanSpec& s
     hash.add(std::string_view("\n"));
   };
   for (const auto& [stage, version] : stage_versions()) line(stage + " " + version);
-  line(document::to_canonical_json(to_document(what)));
+  line(document::to_canonical_json(to_document(what_for(what, scan.name))));
   line(scan.name);
   if (!scan.description.empty()) {
     TRY_ASSIGN(const HashCache::Entry entry, cache.entry_of(archive + "/" + scan.description, scan.description));
@@ -98,13 +91,14 @@ Result<std::string> fingerprint_of(const std::string& archive, const ScanSpec& s
 }
 
 Result<ScanResult> run_scan(const std::string& archive, const ScanSpec& scan, const What& what,
-                            const std::string& folder, const Context& context, Progress& progress) {
+                            const std::string& folder, const RunFrame& frame, const Context& context,
+                            Progress& progress) {
   ScanResult result;
   result.name = scan.name;
   result.notes = scan.notes;
   StageClock clock(result.stage_seconds);
 
-  TRY_ASSIGN(const auto points, ScanPoints::open(archive, scan, what.units_mm));
+  TRY_ASSIGN(const auto points, ScanPoints::open(archive, scan, what.units_mm, what.format));
   for (const OpenView& view : points->views())
     for (const std::string& note : view.header.notes) result.notes.push_back(view.path + ": " + note);
   clock.lap("open");
@@ -125,26 +119,50 @@ Result<ScanResult> run_scan(const std::string& archive, const ScanSpec& scan, co
 
   auto meshed = mesh_surface(reduction.cloud, report.bounds, what, context, progress);
   if (!meshed.ok()) return name_file(std::move(meshed).error(), scan);
-  const MeshedSurface surface = std::move(meshed).value();
+  ScanResults all{archive, scan, what, *points, cleaned, std::move(reduction), std::move(meshed).value(), {},
+                  {},      {},   {},   {},      {}};
+  MeshedSurface& surface = all.surface;
   clock.lap("mesh");
 
+  TRY_ASSIGN(all.swaps, optimise_surface(surface, what, all.reduction.report.bin_mm, context, progress));
+  clock.lap("optimise");
+  TRY_ASSIGN(all.quality, verify::quality_of(surface.mesh, context));
+  TRY_ASSIGN(all.fit, measure_fit(surface, all.reduction.cloud, *cleaned.points, what, context, progress));
+  result.failed_gates = failed_gates(all.fit);
+  clock.lap("verify");
+
   progress.stage("write", 0, 0);
-  TRY_ASSIGN(const std::string stl_digest, write_and_check_stl(surface.mesh, folder + "/mesh.stl"));
+  for (const Output& output : what.outputs) {
+    TRY_ASSIGN(WrittenFile file,
+               write_mesh_file(surface.mesh, output, vertex_errors(all.fit), folder + "/mesh." + output.format));
+    all.outputs.push_back(std::move(file));
+  }
   clock.lap("export");
 
   add_clean_notes(cleaned, result.notes);
-  add_notes(surface, report, surface.mesh, result.notes);
-  TRY_ASSIGN(const std::vector<std::string> digests, points->digests(context));
+  add_notes(surface, all.reduction.report, surface.mesh, result.notes);
+  all.notes = result.notes;
+  TRY_ASSIGN(all.digests, points->digests(context));
   TRY(points->verify_unchanged());
-  TRY_ASSIGN(const provenance::Record record,
-             record_of(archive, scan, what, *points, cleaned, digests, reduction, surface, result.notes, stl_digest));
+  TRY_ASSIGN(const provenance::Record record, record_of(all));
   TRY_ASSIGN(result.record_identity, provenance::write_record(record, folder + "/record.h5"));
   clock.lap("record");
 
-  result.points_read = report.points_read;
-  result.points_used = report.points_used;
-  result.bins = report.bins;
-  result.kept = report.kept;
+  TRY_ASSIGN(auto pictures, write_pictures(all, folder, context, progress));
+  clock.lap("pictures");
+  PageFrame page{frame.job, frame.tool, result.record_identity, frame.date, result.stage_seconds};
+  TRY_ASSIGN(auto sink, store::create_file(folder + "/report.html"));
+  TRY(report::write_scan_report(page_of(all, std::move(pictures), page), *sink));
+  TRY(sink->commit());
+  clock.lap("report");
+
+  const reduce::Report& counts = all.reduction.report;
+  result.points_read = counts.points_read;
+  result.points_used = counts.points_used;
+  result.bins = counts.bins;
+  result.kept = counts.kept;
+  result.max_error_mm = all.fit.all.max_mm;
+  result.rms_mm = all.fit.all.rms_mm;
   result.vertices = surface.mesh.positions.size();
   result.triangles = surface.mesh.triangles.size();
   result.boundary_loops = surface.loops.size();

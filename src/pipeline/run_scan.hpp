@@ -19,9 +19,16 @@ struct ScanResult {
   std::string name;
   std::uint64_t points_read = 0, points_used = 0, bins = 0, kept = 0;
   std::uint64_t vertices = 0, triangles = 0, boundary_loops = 0, patches = 0, strays = 0;
+  double max_error_mm = 0, rms_mm = 0;  // of all points that were used
   std::vector<std::string> notes;
+  std::vector<std::string> failed_gates;  // one sentence each
   std::string record_identity;
   std::vector<std::pair<std::string, double>> stage_seconds;  // wall, in order
+};
+
+/// What a report says about the run; nothing of it enters meshes or records.
+struct RunFrame {
+  std::string job, tool, date;
 };
 
 /// Names and versions of the stages in the order of the flow; a version rises when the stage's bytes change.
@@ -33,9 +40,10 @@ std::vector<std::pair<std::string, std::string>> stage_versions();
 Result<std::string> fingerprint_of(const std::string& archive, const ScanSpec& scan, const What& what,
                                    HashCache& cache);
 
-/// Reads, meshes, and writes mesh.stl and record.h5 complete and synced into `folder` (exists, empty).
-/// errors  BadInput naming file and place; NoSpace, IoFailed; Cancelled
+/// Reads, meshes, judges, and writes the mesh files, record.h5, preview pictures and report.html complete and synced
+/// into `folder` (exists, empty). errors  BadInput naming file and place; NoSpace, IoFailed; Cancelled
 Result<ScanResult> run_scan(const std::string& archive, const ScanSpec& scan, const What& what,
-                            const std::string& folder, const Context& context, Progress& progress);
+                            const std::string& folder, const RunFrame& frame, const Context& context,
+                            Progress& progress);
 
 }  // namespace scanmill::pipeline

@@ -43,48 +43,69 @@ struct ScanPoints::Impl {
     bool is_identity = false;
   };
   double units = 1;
+  formats::Format format = formats::Format::Auto;
+  std::vector<ViewSpec> specs;
   std::vector<OpenView> views;
   std::vector<Source> sources;  // one per view
   std::size_t blocks = 0;
   std::uint64_t expected = 0;
   std::unique_ptr<BlockCounts[]> counts;
 
-  Result<void> add(const std::string& archive, const ViewSpec& spec, std::size_t number) {
-    Source source;
-    source.full_path = archive + "/" + spec.path;
-    source.expected_sha256 = spec.expected_sha256;
-    OpenView view;
-    view.id = ViewId{static_cast<std::uint32_t>(number)};
-    view.path = spec.path;
+  /// All scans of one file.
+  Result<void> add(const std::string& archive, const ViewSpec& spec) {
+    const std::string full_path = archive + "/" + spec.path;
     // The stamp is taken first: a change between the two calls shows as a difference later, never as a match.
-    const auto stamp = store::stamp_of(source.full_path);
-    if (stamp.ok()) view.stamp = *stamp;
-    TRY_ASSIGN(source.file, store::open_file(source.full_path, spec.path));
-    TRY_ASSIGN(source.reader, formats::open_view(source.file));
-    view.header = source.reader->header();
+    const auto stamp = store::stamp_of(full_path);
+    TRY_ASSIGN(const auto file, store::open_file(full_path, spec.path));
+    TRY_ASSIGN(auto readers, formats::open_views(file, {format, spec.camera}));
+    for (auto& reader : readers) {
+      OpenView& view = views.emplace_back();
+      view.id = ViewId{static_cast<std::uint32_t>(specs.size())};
+      view.path = spec.path;
+      if (stamp.ok()) view.stamp = *stamp;
+      view.header = reader->header();
+      place(spec, view);
+      specs.push_back(spec);
+      sources.push_back({file, std::move(reader), full_path, spec.expected_sha256, blocks, view.pose == Pose{}});
+      blocks += sources.back().reader->block_count();
+      expected += view.header.rows;
+    }
+    return {};
+  }
+
+  /// The scan's pose after the file's own; what the scan says about the eye goes before what the file says.
+  void place(const ViewSpec& spec, OpenView& view) const {
     view.pose = spec.pose;
     if (spec.pose_in_file_units) view.pose.translation = view.pose.translation * units;
-    view.view_point = to_global(spec.view_point, view.pose);
-    source.is_identity = view.pose == Pose{};
-    source.first_block = blocks;
-    blocks += source.reader->block_count();
-    expected += view.header.rows;
-    views.push_back(std::move(view));
-    sources.push_back(std::move(source));
-    return {};
+    if (!(view.header.pose == Pose{})) {
+      Pose own = view.header.pose;
+      own.translation = own.translation * units;
+      view.pose = view.pose.after(own);
+    }
+    ViewPoint seen = spec.view_point;
+    if (!seen.eye && !seen.direction) {
+      seen = view.header.view_point;
+      if (seen.eye) seen.eye = *seen.eye * units;
+    }
+    view.view_point = to_global(seen, view.pose);
   }
 };
 
 ScanPoints::ScanPoints(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 ScanPoints::~ScanPoints() = default;
 
-Result<std::unique_ptr<ScanPoints>> ScanPoints::open(const std::string& archive, const ScanSpec& scan,
-                                                     double units_mm) {
+Result<std::unique_ptr<ScanPoints>> ScanPoints::open(const std::string& archive, const ScanSpec& scan, double units_mm,
+                                                     formats::Format format) {
   if (!scan.broken.empty()) return fail(Code::BadInput, scan.broken);
   auto impl = std::make_unique<Impl>();
   impl->units = scan.units_mm > 0 ? scan.units_mm : units_mm;
-  for (std::size_t i = 0; i < scan.views.size(); ++i)
-    if (!scan.views[i].missing) TRY(impl->add(archive, scan.views[i], i));
+  impl->format = format;
+  for (const ViewSpec& spec : scan.views) {
+    if (spec.missing)
+      impl->specs.push_back(spec);
+    else
+      TRY(impl->add(archive, spec));
+  }
   if (impl->expected == 0) {
     const std::string place = impl->views.size() == 1 ? impl->views[0].path : scan.name;
     return fail(Code::BadInput, "the scan holds no points (0 rows); wanted at least one view with points", place);
@@ -96,6 +117,7 @@ Result<std::unique_ptr<ScanPoints>> ScanPoints::open(const std::string& archive,
 std::size_t ScanPoints::block_count() const { return impl_->blocks; }
 std::uint64_t ScanPoints::expected_points() const { return impl_->expected; }
 const std::vector<OpenView>& ScanPoints::views() const { return impl_->views; }
+const std::vector<ViewSpec>& ScanPoints::specs() const { return impl_->specs; }
 double ScanPoints::units_mm() const { return impl_->units; }
 
 Result<void> ScanPoints::read_block(std::size_t number, PointBlock& out) const {
@@ -136,13 +158,15 @@ std::vector<ViewCounts> ScanPoints::counts() const {
 
 Result<std::vector<std::string>> ScanPoints::digests(const Context& context) const {
   std::vector<Result<std::string>> results(impl_->sources.size(), Result<std::string>(std::string()));
+  // Scans of one file stand together; its first one hashes it.
+  const auto is_first = [&](std::size_t i) { return i == 0 || impl_->sources[i].file != impl_->sources[i - 1].file; };
   context.loop.run(impl_->sources.size(), [&](std::size_t i, int) {
-    if (!context.cancel.is_set()) results[i] = sha256_of(*impl_->sources[i].file);
+    if (is_first(i) && !context.cancel.is_set()) results[i] = sha256_of(*impl_->sources[i].file);
   });
   if (context.cancel.is_set()) return fail(Code::Cancelled, "stopped while input files were hashed");
   std::vector<std::string> digests;
   for (std::size_t i = 0; i < results.size(); ++i) {
-    TRY_ASSIGN(std::string digest, std::move(results[i]));
+    TRY_ASSIGN(std::string digest, is_first(i) ? std::move(results[i]) : Result<std::string>(digests.back()));
     const std::string& expected = impl_->sources[i].expected_sha256;
     if (!expected.empty() && expected != digest)
       return fail(Code::BadInput,
@@ -176,6 +200,8 @@ constexpr Unit kUnits[] = {{"mm", "millimetres", 1},
                            {"in", "inches", 25.4},
                            {"um", "micrometres", 0.001}};
 
+constexpr double kMostPlausibleBins = 50000;  // across a cloud
+
 std::string rounded(double value) {
   double step = 1;  // two digits are enough to recognise a size
   while (value >= 100 * step) step *= 10;
@@ -193,7 +219,8 @@ std::string implausible_size(const Bounds& bounds, double units_mm, double bin_m
   const bool few_bins = bin_mm > 0 && largest < 4 * bin_mm;
   const bool below_1_mm = units_mm == 1 && largest < 1;
   const bool tiny = few_bins || below_1_mm;
-  const bool huge = units_mm >= 1000 && largest > 1e5;
+  // A survey is hundreds of metres wide and has bins to match; a part declared as metres has bins of a part.
+  const bool huge = units_mm >= 1000 && largest > 1e5 && (bin_mm <= 0 || largest > kMostPlausibleBins * bin_mm);
   if (!tiny && !huge) return {};
   const std::string text = std::string("size ")
                                .append(rounded(size.x))

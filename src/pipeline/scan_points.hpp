@@ -15,10 +15,10 @@ namespace scanmill::pipeline {
 
 /// A view that is there, opened.
 struct OpenView {
-  ViewId id{};       // its position in ScanSpec.views, missing ones counted
+  ViewId id{};       // its position in specs(), missing ones counted
   std::string path;  // relative to the archive
   formats::ViewHeader header;
-  Pose pose;               // view frame in mm to global frame
+  Pose pose;               // view frame in mm to global frame, the file's own pose included
   ViewPoint view_point;    // global frame
   store::FileStamp stamp;  // when it was opened
 };
@@ -33,9 +33,10 @@ struct ViewCounts {
 class ScanPoints final : public PointSource {
  public:
   /// Opens all views that are there; nothing but headers and line indices stays in memory. `units_mm` is the job's,
-  /// used unless the scan says itself.
+  /// used unless the scan says itself; `format` is that of all its files.
   /// errors  BadInput or Unsupported from the files; BadInput when the scan is broken or holds no point
-  static Result<std::unique_ptr<ScanPoints>> open(const std::string& archive, const ScanSpec& scan, double units_mm);
+  static Result<std::unique_ptr<ScanPoints>> open(const std::string& archive, const ScanSpec& scan, double units_mm,
+                                                  formats::Format format = formats::Format::Auto);
   ~ScanPoints() override;
 
   std::size_t block_count() const override;
@@ -44,6 +45,8 @@ class ScanPoints final : public PointSource {
   std::uint64_t expected_points() const override;
 
   const std::vector<OpenView>& views() const;
+  /// The views of the scan with missing ones, one per scan of a file: rank of (path, scan number in the file).
+  const std::vector<ViewSpec>& specs() const;
   double units_mm() const;
   /// Sums over the blocks read so far, one per view of views(). Complete once every block was read; reading a block
   /// again changes nothing.

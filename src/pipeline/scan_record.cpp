@@ -3,6 +3,7 @@
 
 #include "base/digest.hpp"
 #include "export/writers.hpp"
+#include "pipeline/mesh_files.hpp"
 #include "pipeline/run_scan.hpp"
 #include "store/files.hpp"
 
@@ -22,13 +23,13 @@ Result<void> add_description(const std::string& archive, const ScanSpec& scan, R
   return {};
 }
 
-void add_inputs(const ScanSpec& scan, const ScanPoints& points, const std::vector<std::string>& digests,
-                Record& record) {
-  record.inputs.resize(scan.views.size());
-  for (std::size_t v = 0; v < scan.views.size(); ++v) {
-    record.inputs[v].path = scan.views[v].path;
-    record.inputs[v].missing = scan.views[v].missing;
-    record.inputs[v].pose = scan.views[v].pose.matrix();
+void add_inputs(const ScanPoints& points, const std::vector<std::string>& digests, Record& record) {
+  const std::vector<ViewSpec>& views = points.specs();
+  record.inputs.resize(views.size());
+  for (std::size_t v = 0; v < views.size(); ++v) {
+    record.inputs[v].path = views[v].path;
+    record.inputs[v].missing = views[v].missing;
+    record.inputs[v].pose = views[v].pose.matrix();
     record.inputs[v].units_mm = points.units_mm();
   }
   const std::vector<ViewCounts> counts = points.counts();
@@ -38,8 +39,7 @@ void add_inputs(const ScanSpec& scan, const ScanPoints& points, const std::vecto
     entry.sha256 = digests[k];
     entry.bytes = view.stamp.size;
     entry.format = view.header.format;
-    entry.row_meaning =
-        view.header.row_meaning == formats::RowMeaning::VertexFromZero ? "vertex from 0" : "line from 1";
+    entry.row_meaning = formats::name_of(view.header.row_meaning);
     entry.pose = view.pose.matrix();
     entry.points_read = counts[k].points_read;
     entry.points_used = counts[k].kept();
@@ -122,16 +122,92 @@ void add_counters(const reduce::Report& reduced, const MeshedSurface& surface, R
   count("merge", "strays", surface.strays.size());
   count("merge", "kept_points_used", surface.kept_used);
   count("merge", "points_in_strays", surface.kept_in_strays);
-  const TopologyCounts topology = topology_of(surface.mesh);
-  count("mesh", "vertices", topology.vertices_used);
-  count("mesh", "triangles", topology.triangles);
-  count("mesh", "edges", topology.edges);
-  count("mesh", "boundary_edges", topology.boundary_edges);
-  count("mesh", "boundary_loops", surface.loops.size());
-  count("mesh", "nonmanifold_edges", topology.nonmanifold_edges);
-  count("mesh", "nonmanifold_vertices", topology.nonmanifold_vertices);
-  count("mesh", "misoriented_edges", topology.misoriented_edges);
-  add("mesh", "euler", static_cast<double>(topology.euler));
+}
+
+void add_swap_counters(const optimise::Report& swaps, Record& record) {
+  auto add = [&](const std::string& name, double value, bool integer) {
+    record.counters.push_back({"optimise", name, value, integer});
+  };
+  auto add_pass = [&](const std::string& name, const optimise::PassReport& pass) {
+    if (!pass.done) return;
+    auto count = [&](const char* what, std::uint64_t value) { add(name + what, static_cast<double>(value), true); };
+    count("_rounds", pass.rounds);
+    count("_swaps", pass.swaps);
+    count("_refused_patch_border", pass.refused.patch_border);
+    count("_refused_not_convex", pass.refused.not_convex);
+    count("_refused_range_g1", pass.refused.range);
+    count("_refused_angle_g2", pass.refused.angle);
+    count("_refused_fold", pass.refused.fold);
+    count("_refused_edge_exists", pass.refused.edge_exists);
+    count("_refused_crossing", pass.refused.crossing);
+    add(name + "_angle_p5_before_deg", pass.angle_p5_before_deg, false);
+    add(name + "_angle_p5_after_deg", pass.angle_p5_after_deg, false);
+  };
+  add_pass("smooth", swaps.smooth);
+  add_pass("feature", swaps.feature);
+  if (!swaps.feature.done) return;
+  auto add_creases = [&](const std::string& when, const optimise::Creases& creases) {
+    add("dihedral_sum_deg_" + when, creases.dihedral_sum_deg, false);
+    add("sharp_edges_" + when, static_cast<double>(creases.sharp_edges), true);
+    add("sharp_length_mm_" + when, creases.sharp_length_mm, false);
+    add("normal_variation_rms_" + when, creases.normal_variation_rms, false);
+  };
+  add_creases("before_feature", swaps.before_feature);
+  add_creases("after_feature", swaps.after_feature);
+}
+
+void add_fit_counters(const verify::Quality& quality, const verify::Report& fit, Record& record) {
+  auto add = [&](const std::string& name, double value) { record.counters.push_back({"verify", name, value, false}); };
+  auto count = [&](const char* name, std::uint64_t value) {
+    record.counters.push_back({"verify", name, static_cast<double>(value), true});
+  };
+  const TopologyCounts& topology = quality.topology;
+  count("vertices", topology.vertices_used);
+  count("triangles", topology.triangles);
+  count("edges", topology.edges);
+  count("boundary_edges", topology.boundary_edges);
+  count("boundary_loops", topology.boundary_loops);
+  count("components", topology.components);
+  count("nonmanifold_edges", topology.nonmanifold_edges);
+  count("nonmanifold_vertices", topology.nonmanifold_vertices);
+  count("misoriented_edges", topology.misoriented_edges);
+  count("degenerate_triangles", quality.repeated_corners + quality.zero_area_triangles);
+  count("crossing_pairs", quality.crossing_pairs);
+  record.counters.push_back({"verify", "euler", static_cast<double>(topology.euler), true});
+  add("smallest_angle_deg", quality.angles.least);
+  add("smallest_angle_p5_deg", quality.angles.p5);
+  add("longest_edge_mm", quality.edges.greatest);
+  add("area_mm2", quality.area_mm2);
+  add("volume_mm3", quality.volume_mm3);
+  auto add_distances = [&](const std::string& name, const verify::DistanceFigures& d) {
+    record.counters.push_back({"verify", name + "points", static_cast<double>(d.count), true});
+    add(name + "max_mm", d.max_mm);
+    add(name + "rms_mm", d.rms_mm);
+    add(name + "mean_mm", d.mean_mm);
+    add(name + "signed_mean_mm", d.signed_mean_mm);
+    if (!d.percentiles) return;
+    add(name + "p50_mm", d.percentiles->p50);
+    add(name + "p90_mm", d.percentiles->p90);
+    add(name + "p95_mm", d.percentiles->p95);
+    add(name + "p99_mm", d.percentiles->p99);
+    add(name + "p99_9_mm", d.percentiles->p999);
+  };
+  add_distances("", fit.all);
+  add_distances("interior_", fit.interior);
+  add_distances("open_border_", fit.open_border);
+  add_distances("patch_border_", fit.patch_borders);
+  add("fit_error_mm", fit.fit_error_mm);
+  add("sensor_accuracy_mm", fit.sensor_accuracy_mm);
+  add("total_error_mm", fit.total_error_mm);
+  count("triangles_with_points", fit.coverage.triangles_near);
+}
+
+/// Versions of the stages that this engine runs.
+std::vector<std::pair<std::string, std::string>> stage_versions_of(Engine engine) {
+  auto versions = stage_versions();
+  const char* other = engine == Engine::Front ? "stars" : "front";
+  std::erase_if(versions, [&](const auto& row) { return row.first == other; });
+  return versions;
 }
 
 }  // namespace
@@ -140,23 +216,25 @@ std::vector<std::string> drop_names() {
   return {"kept", "too few points", "isolated", "centre distance (c1)", "neighbour distance (c2)"};
 }
 
-Result<Record> record_of(const std::string& archive, const ScanSpec& scan, const What& what, const ScanPoints& points,
-                         const CleanedScan& cleaned, const std::vector<std::string>& digests,
-                         const reduce::Reduction& reduction, const MeshedSurface& surface,
-                         const std::vector<std::string>& notes, const std::string& stl_digest) {
+Result<Record> record_of(const ScanResults& results) {
   Record record;
-  record.scan = scan.name;
-  record.what_json = document::to_canonical_json(to_document(what));
-  TRY(add_description(archive, scan, record));
-  add_inputs(scan, points, digests, record);
-  add_reduced(reduction, record);
-  add_surface(surface, record);
-  add_clean_counters(cleaned, record);
-  add_counters(reduction.report, surface, record);
-  record.notes = notes;
-  record.stage_versions = stage_versions();
+  record.scan = results.scan.name;
+  record.what_json = document::to_canonical_json(to_document(what_for(results.what, results.scan.name)));
+  TRY(add_description(results.archive, results.scan, record));
+  add_inputs(results.points, results.digests, record);
+  add_reduced(results.reduction, record);
+  add_surface(results.surface, record);
+  VertexErrors errors = vertex_errors(results.fit);
+  record.vertex_error = std::move(errors.signed_mm);
+  record.vertex_error_rms = std::move(errors.rms_mm);
+  add_clean_counters(results.cleaned, record);
+  add_counters(results.reduction.report, results.surface, record);
+  add_swap_counters(results.swaps, record);
+  add_fit_counters(results.quality, results.fit, record);
+  record.notes = results.notes;
+  record.stage_versions = stage_versions_of(results.what.grow.engine);
   record.stl_header = exporting::stl_header();
-  record.outputs = {{"mesh.stl", stl_digest}};
+  for (const WrittenFile& file : results.outputs) record.outputs.push_back({file.name, file.sha256});
   return record;
 }
 

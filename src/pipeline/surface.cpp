@@ -84,21 +84,6 @@ Result<Grown> grow_by_front(const reduce::ReducedCloud& cloud, const Written& w,
 }
 
 /// Counts, areas and border lengths of the patches of a mesh whose every triangle has one.
-void measure_patches(const Mesh& mesh, grow::Patches& out) {
-  for (grow::Patch& patch : out.patches) patch.triangles = 0, patch.area_mm2 = patch.border_mm = 0;
-  const auto across = edge_neighbours(mesh.positions.size(), mesh.triangles);
-  for (std::size_t c = 0; c < across.size(); ++c) {
-    grow::Patch& patch = out.patches[out.patch[c / 3]];
-    const Triangle& t = mesh.triangles[c / 3];
-    const Vec3 a = mesh.positions[t[c % 3]], b = mesh.positions[t[(c % 3 + 1) % 3]];
-    if (across[c] == kNoTriangle || out.patch[across[c]] != out.patch[c / 3]) patch.border_mm += norm(b - a);
-    if (c % 3 != 0) continue;
-    ++patch.triangles;
-    patch.area_mm2 +=
-        norm(cross(mesh.positions[t[1]] - mesh.positions[t[0]], mesh.positions[t[2]] - mesh.positions[t[0]])) / 2;
-  }
-}
-
 /// Patches as the front engine grew them, in the numbering of the merged mesh.
 grow::Patches patches_of_fronts(const Mesh& mesh, const Grown& grown) {
   grow::Patches out;
@@ -165,6 +150,21 @@ void keep_reached(MeshedSurface& out) {
 }
 
 }  // namespace
+
+void measure_patches(const Mesh& mesh, grow::Patches& out) {
+  for (grow::Patch& patch : out.patches) patch.triangles = 0, patch.area_mm2 = patch.border_mm = 0;
+  const auto across = edge_neighbours(mesh.positions.size(), mesh.triangles);
+  for (std::size_t c = 0; c < across.size(); ++c) {
+    grow::Patch& patch = out.patches[out.patch[c / 3]];
+    const Triangle& t = mesh.triangles[c / 3];
+    const Vec3 a = mesh.positions[t[c % 3]], b = mesh.positions[t[(c % 3 + 1) % 3]];
+    if (across[c] == kNoTriangle || out.patch[across[c]] != out.patch[c / 3]) patch.border_mm += norm(b - a);
+    if (c % 3 != 0) continue;
+    ++patch.triangles;
+    patch.area_mm2 +=
+        norm(cross(mesh.positions[t[1]] - mesh.positions[t[0]], mesh.positions[t[2]] - mesh.positions[t[0]])) / 2;
+  }
+}
 
 Vec3 float32_offset(const Bounds& bounds, double edge_mm) {
   if (bounds.empty()) return {};

@@ -35,6 +35,9 @@ struct MeshedSurface {
 /// multiple of 1024 bin edges.
 Vec3 float32_offset(const Bounds& bounds, double edge_mm);
 
+/// Triangles, area and border length of each patch, from the mesh.
+void measure_patches(const Mesh& mesh, grow::Patches& patches);
+
 /// Stars, complete, merge, grow (or the front engine) over a reduced cloud.
 /// errors  what the stages report; BadInput when no triangle can be made
 Result<MeshedSurface> mesh_surface(const reduce::ReducedCloud& cloud, const Bounds& bounds, const What& what,

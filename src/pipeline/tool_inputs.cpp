@@ -13,7 +13,7 @@ namespace fs = std::filesystem;
 
 bool is_description(const fs::path& path) {
   const std::string suffix = path.extension().string();
-  return suffix == ".conf" || suffix == ".yaml" || suffix == ".yml" || suffix == ".json";
+  return suffix == ".conf" || suffix == ".aln" || suffix == ".yaml" || suffix == ".yml" || suffix == ".json";
 }
 
 Result<ToolInput> scan_of_description(const fs::path& path) {
@@ -27,7 +27,8 @@ Result<ToolInput> scan_of_description(const fs::path& path) {
       input.scan = std::move(scan);
       return input;
     }
-  return fail(Code::BadInput, "is neither a Stanford .conf nor a scan plan (scanmill_plan: 1 on top)", path.string());
+  return fail(Code::BadInput, "is neither a Stanford .conf or MeshLab .aln nor a scan plan (scanmill_plan: 1 on top)",
+              path.string());
 }
 
 }  // namespace

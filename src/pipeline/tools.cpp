@@ -79,7 +79,9 @@ struct Opened {
 Result<Opened> open_inputs(const std::vector<std::string>& inputs, const What& what) {
   Opened opened;
   TRY_ASSIGN(opened.input, scan_of_files(inputs));
-  TRY_ASSIGN(opened.points, ScanPoints::open(opened.input.archive, opened.input.scan, what.units_mm));
+  for (ViewSpec& view : opened.input.scan.views)
+    if (!view.camera) view.camera = what.camera;
+  TRY_ASSIGN(opened.points, ScanPoints::open(opened.input.archive, opened.input.scan, what.units_mm, what.format));
   return opened;
 }
 
@@ -193,6 +195,7 @@ Result<ToolReport> cloud_info(const std::string& input, const What& what, const 
     entry.set("format", view.header.format);
     entry.set("points", counts[k].points_read);
     entry.set("not_finite", counts[k].not_finite);
+    if (counts[k].sensor_invalid > 0) entry.set("sensor_invalid", counts[k].sensor_invalid);
     if (!view.header.notes.empty()) entry.set("notes", texts(view.header.notes));
     views.push(std::move(entry));
   }

@@ -14,12 +14,15 @@ using document::Node;
 using document::Problems;
 using document::shown;
 
-constexpr std::string_view kKeys[] = {
-    "profile", "units", "mesh_vertices_as_scan", "clean", "lattice", "reduce", "grow", "seeds", "merge", "outputs"};
+constexpr std::string_view kKeys[] = {"profile", "units",  "mesh_vertices_as_scan",
+                                      "format",  "views",  "clean",
+                                      "lattice", "reduce", "grow",
+                                      "seeds",   "merge",  "optimise",
+                                      "verify",  "sensor", "outputs"};
 constexpr std::string_view kProfiles[] = {"scan", "paper"};
 constexpr std::string_view kUnits[] = {"mm", "cm", "m", "um", "in"};
-constexpr std::string_view kOutputs[] = {"stl"};
-constexpr std::string_view kLaterOutputs[] = {"iges", "ply", "dxf", "3mf", "obj"};
+constexpr std::string_view kOutputs[] = {"stl", "ply", "obj"};
+constexpr std::string_view kLaterOutputs[] = {"iges", "dxf", "3mf"};
 constexpr std::string_view kPointsKey[] = {"points"};
 constexpr std::string_view kLaterMerge = "fill_holes_up_to_bins";
 
@@ -40,6 +43,9 @@ std::span<const Field> top_fields() {
           {}, kProfiles),
       field<What, &What::mesh_vertices_as_scan>("mesh_vertices_as_scan", "",
                                                 "Take the vertices of files that hold a mesh as a scan."),
+      field<What, &What::format>("format", "",
+                                 "Format of the input files; auto judges each by its content, then by its suffix.", {},
+                                 formats::format_words()),
   };
   return kTable;
 }
@@ -94,33 +100,53 @@ void read_seeds(const Node& value, grow::SeedParams& seeds, Problems& problems) 
   if (const Node* points = value.find("points")) read_points(*points, "seeds.points", seeds, problems);
 }
 
+/// Options of one output; `stl` alone has one.
+void read_output_options(const Node& options, Output& output, Problems& problems) {
+  static constexpr std::string_view kAscii[] = {"ascii"};
+  const std::string key = "outputs." + output.format;
+  if (output.format != "stl")
+    return problems.add(options.mark, "outputs",
+                        "found options for " + output.format + "; it takes none: write - " + output.format);
+  if (!options.is_map()) return problems.add(options.mark, key, "found " + shown(options) + "; allowed {ascii: true}");
+  for (const Node::Entry& entry : options.entries()) {
+    if (entry.key != "ascii")
+      problems.add_unknown(entry, key, kAscii);
+    else if (!entry.value.is_bool())
+      problems.add(entry.value.mark, key + ".ascii", "found " + shown(entry.value) + "; allowed true, false");
+    else
+      output.ascii = entry.value.as_bool();
+  }
+}
+
 void read_output(const Node& item, What& what, Problems& problems) {
   const bool with_options = item.is_map() && item.entries().size() == 1;
-  const std::string word = with_options ? item.entries()[0].key : item.is_string() ? item.as_string() : "";
+  Output output;
+  output.format = with_options ? item.entries()[0].key : item.is_string() ? item.as_string() : "";
   const auto among = [&](std::span<const std::string_view> words) {
-    return std::find(words.begin(), words.end(), word) != words.end();
+    return std::find(words.begin(), words.end(), output.format) != words.end();
   };
-  if (among(kLaterOutputs)) {
-    problems.add(item.mark, "outputs", "found " + word + "; not written by this version; allowed stl");
-  } else if (!among(kOutputs)) {
-    std::string sentence = "found " + shown(item) + "; allowed stl";
-    const std::string_view nearest = nearest_name(word, kOutputs);
+  const std::string allowed = "; allowed " + document::joined(kOutputs);
+  if (among(kLaterOutputs))
+    return problems.add(item.mark, "outputs", "found " + output.format + "; not written by this version" + allowed);
+  if (!among(kOutputs)) {
+    std::string sentence = "found " + shown(item) + allowed;
+    const std::string_view nearest = nearest_name(output.format, kOutputs);
     if (!nearest.empty()) sentence += "; nearest " + std::string(nearest);
-    problems.add(item.mark, "outputs", sentence);
-  } else if (with_options) {
-    problems.add(item.mark, "outputs", "found options for " + word + "; it takes none: write - " + word);
-  } else if (std::find(what.outputs.begin(), what.outputs.end(), word) != what.outputs.end()) {
-    problems.add(item.mark, "outputs", word + " is asked for twice; remove one");
-  } else {
-    what.outputs.push_back(word);
+    return problems.add(item.mark, "outputs", sentence);
   }
+  if (with_options) read_output_options(item.entries()[0].value, output, problems);
+  if (std::any_of(what.outputs.begin(), what.outputs.end(),
+                  [&](const Output& present) { return present.format == output.format; }))
+    return problems.add(item.mark, "outputs", output.format + " is asked for twice; remove one");
+  what.outputs.push_back(output);
 }
 
 void read_outputs(const Node& value, What& what, Problems& problems) {
   what.outputs.clear();
   if (!value.is_sequence() || value.items().empty())
     problems.add(value.mark, "outputs",
-                 "found " + (value.is_sequence() ? "an empty list" : shown(value)) + "; allowed a list of stl");
+                 "found " + (value.is_sequence() ? "an empty list" : shown(value)) + "; allowed a list of " +
+                     document::joined(kOutputs));
   else
     for (const Node& item : value.items()) read_output(item, what, problems);
 }
@@ -152,6 +178,7 @@ What read(const Node& root, bool complete, Problems& problems) {
     if (const Node* value = root.find(row.name))
       document::read_field(*value, std::string(row.name), row, &what, problems);
   set_profile(what);
+  if (const Node* value = root.find("views")) what.views = read_views(*value, problems);
   if (const Node* value = root.find("units")) read_units(*value, what, problems);
   if (const Node* value = root.find("clean")) read_clean(*value, complete, what.clean, problems);
   auto section = [&](std::string_view key, std::span<const Field> table, void* object) {
@@ -163,6 +190,9 @@ What read(const Node& root, bool complete, Problems& problems) {
   section("grow", GrowthLimits::fields(), &what.grow);
   if (const Node* value = root.find("seeds")) read_seeds(*value, what.seeds, problems);
   if (const Node* value = root.find("merge")) read_merge(*value, what, problems);
+  section("optimise", optimise::Params::fields(), &what.optimise);
+  section("verify", verify::Params::fields(), &what.verify);
+  section("sensor", Sensor::fields(), &what.sensor);
   if (const Node* value = root.find("outputs")) read_outputs(*value, what, problems);
   for (const Exclusive& group : kExclusive) {
     const auto given = given_of(root, group);
@@ -192,6 +222,17 @@ Result<What> what_from(const Node& root, const std::string& name, bool needs_bin
 }
 
 void check_part(const Node& part, Problems& problems) { (void)read(part, false, problems); }
+
+DiscoveryKeys discovery_keys(const Node& root) {
+  Problems ignored("");
+  What what = read(root, false, ignored);
+  return {what.mesh_vertices_as_scan, what.format, std::move(what.views)};
+}
+
+What what_for(What what, const std::string& scan) {
+  std::erase_if(what.views, [&](const ViewsSpec& spec) { return spec.name != scan; });
+  return what;
+}
 
 namespace {
 void overlay(Node& base, const Node& over) {
@@ -226,6 +267,8 @@ Node to_document(const What& what) {
   tree.set("profile", kProfiles[static_cast<std::size_t>(what.profile)]);
   tree.set("units", what.units);
   tree.set("mesh_vertices_as_scan", what.mesh_vertices_as_scan);
+  tree.set("format", formats::format_words()[static_cast<std::size_t>(what.format)]);
+  if (!what.views.empty()) tree.set("views", to_document(what.views));
   tree.set("clean", clean_to_document(what.clean));
   tree.set("lattice", document::fields_to_document(reduce::LatticeParams::fields(), &what.lattice));
   tree.set("reduce", document::fields_to_document(reduce::Params::fields(), &what.reduce));
@@ -243,14 +286,38 @@ Node to_document(const What& what) {
   seeds.set("points", what.seeds.points.empty() ? Node("auto") : std::move(points));
   tree.set("seeds", std::move(seeds));
   tree.set("merge", document::fields_to_document(merge::Params::fields(), &what.merge));
+  tree.set("optimise", document::fields_to_document(optimise::Params::fields(), &what.optimise));
+  tree.set("verify", document::fields_to_document(verify::Params::fields(), &what.verify));
+  tree.set("sensor", document::fields_to_document(Sensor::fields(), &what.sensor));
   Node outputs = Node::sequence();
-  for (const std::string& output : what.outputs) outputs.push(output);
+  for (const Output& output : what.outputs) {
+    if (!output.ascii) {
+      outputs.push(output.format);
+      continue;
+    }
+    Node options = Node::map();
+    options.set("ascii", true);
+    Node entry = Node::map();
+    entry.set(output.format, std::move(options));
+    outputs.push(std::move(entry));
+  }
   tree.set("outputs", std::move(outputs));
   return tree;
 }
 
+std::span<const Field> Sensor::fields() {
+  static const Field kTable[] = {
+      field<Sensor, &Sensor::accuracy_mm>("accuracy_mm", "",
+                                          "Accuracy of the sensor, stated beside the fit error and added to it (the "
+                                          "paper's: 0.0508).",
+                                          {0, 1e6}),
+  };
+  return kTable;
+}
+
 std::span<const std::string_view> what_keys() { return kKeys; }
 std::span<const std::string_view> profile_words() { return kProfiles; }
+std::span<const std::string_view> output_words() { return kOutputs; }
 std::span<const std::string_view> unit_words() { return kUnits; }
 
 std::vector<WhatField> what_fields() {
@@ -264,6 +331,9 @@ std::vector<WhatField> what_fields() {
   add("grow", GrowthLimits::fields());
   add("seeds", grow::SeedParams::fields());
   add("merge", merge::Params::fields());
+  add("optimise", optimise::Params::fields());
+  add("verify", verify::Params::fields());
+  add("sensor", Sensor::fields());
   return all;
 }
 

@@ -60,13 +60,25 @@ Node seeds_schema() {
 
 Node outputs_schema() {
   Node words = Node::sequence();
-  words.push("stl");
+  for (const std::string_view word : output_words()) words.push(word);
   Node item = Node::map();
   item.set("enum", std::move(words));
+  Node ascii = Node::map();
+  ascii.set("description", "As text, ten times as large.");
+  ascii.set("type", "boolean");
+  Node options = Node::map();
+  options.set("type", "object");
+  options.set("properties", Node::map()).set("ascii", std::move(ascii));
+  options.set("additionalProperties", false);
+  Node with_options = Node::map();
+  with_options.set("type", "object");
+  with_options.set("properties", Node::map()).set("stl", std::move(options));
+  with_options.set("additionalProperties", false);
+  with_options.set("minProperties", 1);
   Node schema = Node::map();
-  schema.set("description", "Files to write beside the record.");
+  schema.set("description", "Mesh files to write beside record, report and pictures; an entry may carry options.");
   schema.set("type", "array");
-  schema.set("items", std::move(item));
+  schema.set("items", any_of({item, with_options}));
   schema.set("minItems", 1);
   schema.set("uniqueItems", true);
   return schema;
@@ -89,6 +101,8 @@ Node what_schema() {
   properties.set("units",
                  words_schema(unit_words(), "Length unit of input files that do not say it themselves.", "mm"));
   top("mesh_vertices_as_scan");
+  top("format");
+  properties.set("views", views_schema());
   properties.set("clean", clean_schema());
   section("lattice", reduce::LatticeParams::fields(), &defaults.lattice,
           "Bins; exactly one of bin_mm, target_points, target_bins.");
@@ -97,6 +111,10 @@ Node what_schema() {
           "Which triangles are refused; min_normal_dot and max_normal_deg exclude each other.");
   properties.set("seeds", seeds_schema());
   section("merge", merge::Params::fields(), &defaults.merge, "How patches and pieces become one mesh.");
+  section("optimise", optimise::Params::fields(), &defaults.optimise, "Edge swaps on the finished mesh.");
+  section("verify", verify::Params::fields(), &defaults.verify,
+          "Gates: a mesh beyond one is kept, marked as rejected, and the run ends with exit code 4.");
+  section("sensor", Sensor::fields(), &defaults.sensor, "What is known of the sensor.");
   properties.set("outputs", outputs_schema());
   return properties;
 }

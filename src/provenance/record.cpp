@@ -89,6 +89,10 @@ Result<void> write_vtk(Hdf5File& file, const Record& r) {
   if (!r.growth_rank.empty()) TRY(file.dataset("/VTKHDF/CellData/growth_rank", r.growth_rank));
   TRY(file.group("/VTKHDF/PointData"));
   TRY(file.dataset("/VTKHDF/PointData/row", r.vertex_row));
+  if (!r.vertex_error.empty()) {
+    TRY(file.dataset("/VTKHDF/PointData/error_mm", r.vertex_error));
+    TRY(file.dataset("/VTKHDF/PointData/error_rms_mm", r.vertex_error_rms));
+  }
   const auto& source = r.source;
   TRY(file.dataset("/VTKHDF/PointData/source_view",
                    column<std::uint32_t>(r.vertex_row, [&](std::uint32_t row) { return index_of(source[row].view); })));

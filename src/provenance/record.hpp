@@ -21,7 +21,7 @@ struct InputEntry {
   std::string sha256;  // empty for a missing file
   std::uint64_t bytes = 0;
   std::string format;             // as the reader names it
-  std::string row_meaning;        // "vertex from 0" or "line from 1"
+  std::string row_meaning;        // "vertex from 0", "line from 1", "point from 0" or "pixel from 0"
   std::array<double, 16> pose{};  // row-major, view -> global, mm
   double units_mm = 1;
   std::uint64_t points_read = 0, points_used = 0, not_finite = 0, sensor_invalid = 0;
@@ -65,6 +65,8 @@ struct Record {
   // mesh; `vertex_row[v]` is the row of `points` behind vertex v
   const Mesh* mesh = nullptr;
   std::vector<std::uint32_t> vertex_row;
+  // Fit error of each vertex's own bin, mm: signed, of largest magnitude, and rms; empty when not judged.
+  std::vector<float> vertex_error, vertex_error_rms;
   std::vector<PatchEntry> patches;
   std::vector<std::vector<std::uint32_t>> patch_borders;  // polylines of vertices
   std::vector<std::uint32_t> growth_rank;                 // per triangle; may be empty

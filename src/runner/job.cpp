@@ -18,8 +18,7 @@ constexpr std::string_view kOwnKeys[] = {"scanmill",  "archive",  "scans", "over
                                          "resources", "executor", "strict"};
 // Keys of the contract that this version would ignore are refused by name, so that no job silently does less than it
 // says.
-constexpr std::string_view kLaterKeys[] = {"views", "format", "optimise", "verify", "settle_s",
-                                           "brick", "retry",  "notify",   "cluster"};
+constexpr std::string_view kLaterKeys[] = {"settle_s", "brick", "retry", "notify", "cluster"};
 constexpr std::string_view kLaterResources[] = {"disk", "scan_time_limit", "until"};
 constexpr std::string_view kMemoryKey[] = {"memory"};
 constexpr std::string_view kExecutors[] = {"inline", "local"};
@@ -83,7 +82,7 @@ Override read_override(const Node& item, const Work& work, Problems& problems) {
   result.what.mark = item.mark;
   std::vector<std::string_view> allowed{"scans"};
   for (const std::string_view key : work.what_keys())
-    if (key != kWholeArchiveKey) allowed.push_back(key);
+    if (!is_whole_archive_key(key)) allowed.push_back(key);
   if (!item.is_map()) {
     problems.add(
         item.mark, "overrides",
@@ -192,6 +191,10 @@ void read_top(const Node& root, Job& job, const Work& work, Problems& problems) 
 
 }  // namespace
 
+bool is_whole_archive_key(std::string_view key) {
+  return key == "mesh_vertices_as_scan" || key == "format" || key == "views";
+}
+
 std::span<const std::string_view> executor_words() { return kExecutors; }
 
 std::span<const Field> resource_fields() {
@@ -215,7 +218,7 @@ Result<Job> job_from(const std::string& text, const std::string& path, std::span
   for (const std::string& set : sets) read_set(set, given, problems);
   Node what = Node::map(), how = Node::map();
   for (const Node::Entry& entry : given.entries()) {
-    const bool per_scan = among(entry.key, work.what_keys()) && entry.key != kWholeArchiveKey;
+    const bool per_scan = among(entry.key, work.what_keys()) && !is_whole_archive_key(entry.key);
     (per_scan ? what : how).entries().push_back(entry);
   }
   overlay_how(root, how);

@@ -47,8 +47,8 @@ document::Node what_of(const Job& job, const std::string& scan, const Work& work
 /// Draft-07 schema of a job file; `what_properties` are the schemas of the what keys.
 document::Node job_schema(const document::Node& what_properties);
 
-/// Only discovery uses this what key, and discovery looks at the archive as a whole: no override may hold it.
-inline constexpr std::string_view kWholeArchiveKey = "mesh_vertices_as_scan";
+/// Discovery uses these what keys, and discovery looks at the archive as a whole: no override may hold them.
+bool is_whole_archive_key(std::string_view key);
 /// The words that `executor` takes.
 std::span<const std::string_view> executor_words();
 /// The table behind `resources` and its schema.

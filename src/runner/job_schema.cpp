@@ -70,7 +70,7 @@ Node job_schema(const Node& what_properties) {
   over.set("scans", scans);
   for (const Node::Entry& entry : what_properties.entries()) {
     properties.set(entry.key, entry.value);
-    if (entry.key != kWholeArchiveKey) over.set(entry.key, entry.value);
+    if (!is_whole_archive_key(entry.key)) over.set(entry.key, entry.value);
   }
   Node item = object(std::move(over), "Keys for some scans.");
   Node required = Node::sequence();

@@ -8,6 +8,9 @@
 
 namespace scanmill::verify {
 
+/// The paper's sensor (section 3.1): 25.4 to 50.8 um.
+inline constexpr double kPaperAccuracy = 0.0508;
+
 /// Gates: a mesh beyond one is marked rejected and the run ends with exit code 4. None by default.
 struct Params {
   std::optional<double> max_error_mm;  // greatest distance of any input point from the mesh

@@ -18,9 +18,6 @@
 
 namespace scanmill::verify {
 
-/// The paper's sensor (section 3.1): 25.4 to 50.8 um.
-inline constexpr double kPaperAccuracy = 0.0508;
-
 /// Which bins the vertices came from.
 inline constexpr std::uint32_t kNoVertex = 0xffffffffu;
 struct VertexBins {

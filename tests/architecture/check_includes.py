@@ -41,6 +41,7 @@ WALLS = [
     (r"hdf5|H5|highfive", ["provenance/hdf5_file."]),
     (r"yaml-cpp/|nlohmann/", ["document/"]),
     (r"openssl/", ["base/digest.cpp"]),
+    (r"zlib\.h|zconf\.h", ["render/", "formats/png.cpp"]),
     (r"Eigen/|unsupported/Eigen", ["geom/"]),
     (r"zlib", ["render/png.cpp", "formats/png.cpp"]),
     (r"vtk|CGAL/|pcl/|open3d/|TopoDS|BRep|STEPControl|IGESControl", []),

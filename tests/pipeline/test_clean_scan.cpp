@@ -34,7 +34,7 @@ struct Scene {
     std::filesystem::create_directories(folder.file(out));
     const support::Workers workers(threads);
     NoProgress progress;
-    return run_scan(folder.file("archive"), found.scans.at(0), what, folder.file(out), workers.context(), progress);
+    return run_scan(folder.file("archive"), found.scans.at(0), what, folder.file(out), {}, workers.context(), progress);
   }
 };
 

@@ -59,18 +59,23 @@ TEST(Discover, TakesPointFilesAndNothingElse) {
   folder.write(".hidden.ply", kPly);
   folder.write("job.yaml", "scanmill: 1\narchive: .\n# not a scanmill_plan\n");
   folder.write("other.json", "{\"scanmill_planner\": 1}");
-  folder.write("x.pcd", "VERSION .7\n");
-  folder.write("y.pcd", "VERSION .7\n");
-  folder.write("lies.ply", "LASF");
+  folder.write("x.laz", "LASF");
+  folder.write("y.laz", "LASF");
+  folder.write("lies.ply", "glTF");
+  folder.write("depth.xyz", "\x89PNG");
+  folder.write("scanner.las", "LASF");
+  folder.write("capture.pcd", "VERSION .7\n");
   const auto found = discover(folder.path(), false);
-  EXPECT_EQ(names_of(found), (Names{"a", "b/part", "cut", "empty", "table"}));
+  EXPECT_EQ(names_of(found), (Names{"a", "b/part", "capture", "cut", "empty", "scanner", "table"}));
   ASSERT_TRUE(found.ok());
-  EXPECT_TRUE(has_note(found->notes, "2 files of the suffix .pcd not read by this version, the first is x.pcd"));
-  EXPECT_TRUE(has_note(found->notes, "1 file of the format LAS/LAZ not read by this version: lies.ply"));
+  EXPECT_TRUE(has_note(found->notes, "2 files of the suffix .laz not read by this version, the first is x.laz"));
+  EXPECT_TRUE(has_note(found->notes, "1 file of the format glTF not read by this version: lies.ply"));
+  EXPECT_TRUE(has_note(found->notes, "1 file of depth maps (name them in views, with intrinsics): depth.xyz"));
   EXPECT_TRUE(has_note(found->notes, "mesh.ply"));
   EXPECT_TRUE(scan_of(*found, "cut").broken.empty());
   EXPECT_EQ(scan_of(*found, "b/part").views[0].path, "b/part.ply");
-  EXPECT_EQ(names_of(discover(folder.path(), true)), (Names{"a", "b/part", "cut", "empty", "mesh", "table"}));
+  EXPECT_EQ(names_of(discover(folder.path(), true)),
+            (Names{"a", "b/part", "capture", "cut", "empty", "mesh", "scanner", "table"}));
 }
 
 TEST(Discover, SaysWhenTheArchiveIsNotThere) {
@@ -153,7 +158,8 @@ TEST(Discover, FindsOneScanInTheBunnyFolder) {
   EXPECT_EQ(found->scans[0].views.size(), 10u);
   EXPECT_TRUE(found->scans[0].notes.empty());
   EXPECT_EQ(names_of(discover(data + "/range-views", false)),
-            (Names{"bunny/bun", "pair-small-gicp/source", "pair-small-gicp/target"}));
+            (Names{"bunny/bun", "pair-small-gicp/source", "pair-small-gicp/target", "pcl-capture/capture0001",
+                   "pcl-capture/capture0002"}));
 }
 
 TEST(ScanNames, KeepSuffixesWhereTheRestIsNotEnough) {

@@ -170,6 +170,7 @@ TEST(ImplausibleSize, GuessesTheUnit) {
   const Bounds huge{{0, 0, 0}, {160000, 150000, 120000}};
   EXPECT_EQ(implausible_size(huge, 1000, 1),
             "size 160000 x 150000 x 120000 mm cannot be; the numbers look like millimetres: set units to mm");
+  EXPECT_EQ(implausible_size(huge, 1000, 500), "");  // a survey in metres
   EXPECT_EQ(implausible_size({}, 1, 1), "");
   EXPECT_NE(implausible_size({{0, 0, 0}, {0, 0, 0}}, 1, 1).find("check units"), std::string::npos);
 }

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+// The finished mesh, swapped and judged.
+#pragma once
+#include <string>
+#include <vector>
+
+#include "base/context.hpp"
+#include "base/progress.hpp"
+#include "base/result.hpp"
+#include "optimise/optimise.hpp"
+#include "pipeline/surface.hpp"
+#include "pipeline/what.hpp"
+#include "reduce/reduce.hpp"
+#include "verify/verify.hpp"
+
+namespace scanmill::pipeline {
+
+/// Edge swaps under the job's limits; patches are measured and their triangles ranked again, borders and loops stay.
+Result<optimise::Report> optimise_surface(MeshedSurface& surface, const What& what, double bin_mm,
+                                          const Context& context, Progress& progress);
+
+/// Distances of all points that were reduced, with the errors of each vertex's own bin.
+Result<verify::Report> measure_fit(const MeshedSurface& surface, const reduce::ReducedCloud& cloud,
+                                   const PointSource& points, const What& what, const Context& context,
+                                   Progress& progress);
+
+/// One sentence per gate that failed.
+std::vector<std::string> failed_gates(const verify::Report& fit);
+
+}  // namespace scanmill::pipeline

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+// Mesh files: written, synced, read back and compared.
+#pragma once
+#include <span>
+#include <string>
+
+#include "base/result.hpp"
+#include "mesh/mesh.hpp"
+#include "pipeline/scan_results.hpp"
+#include "pipeline/what.hpp"
+
+namespace scanmill::pipeline {
+
+/// What a PLY may hold beside the mesh; both empty or one per vertex, mm.
+struct VertexErrors {
+  std::vector<float> signed_mm, rms_mm;
+};
+VertexErrors vertex_errors(const verify::Report& fit);
+
+/// Writes the mesh at `path` in the form asked for and proves that the file holds it.
+/// errors  what the sink reports; Internal when the file read back is not the mesh
+Result<WrittenFile> write_mesh_file(const Mesh& mesh, const Output& output, const VertexErrors& errors,
+                                    const std::string& path);
+
+}  // namespace scanmill::pipeline
