@@ -20,7 +20,7 @@ class Decoder {
  public:
   Decoder(const ByteSource& source, std::uint64_t in, std::uint64_t end, std::uint64_t out, std::string_view history)
       : source_(source), in_base_(in), in_end_(end), base_(out - history.size()), window_(kReach + kWindow + kLongest) {
-    std::memcpy(window_.data(), history.data(), history.size());
+    std::copy(history.begin(), history.end(), window_.begin());
     at_ = history.size();
   }
 
@@ -56,7 +56,7 @@ class Decoder {
 
   Result<void> refill() {
     const std::size_t left = input_.size() - in_at_;
-    std::memmove(input_.data(), input_.data() + in_at_, left);
+    std::copy(input_.begin() + static_cast<std::ptrdiff_t>(in_at_), input_.end(), input_.begin());
     in_base_ += in_at_;
     in_at_ = 0;
     const auto more = static_cast<std::size_t>(std::min<std::uint64_t>(in_end_ - in_base_ - left, kInput));
