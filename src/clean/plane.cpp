@@ -113,7 +113,8 @@ class Fit {
   double least_dot_ = 0;
 };
 
-std::string percent(double share) { return number_text(std::floor(share * 1000 + 0.5) / 10) + " %"; }
+/// Cut, not rounded: a share below the wanted one never reads like it.
+std::string percent(double share) { return number_text(std::floor(share * 10000 + 1e-6) / 100) + " %"; }
 
 }  // namespace
 

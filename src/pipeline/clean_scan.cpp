@@ -10,8 +10,13 @@ namespace {
 /// The job has no seed of its own: equal jobs give equal bytes.
 constexpr std::uint64_t kSeed = 0;
 
-std::string triple(Vec3 p) { return number_text(p.x) + " " + number_text(p.y) + " " + number_text(p.z); }
-double rounded(double value, double step) { return std::floor(value / step + 0.5) * step; }
+/// To one part of `per_unit`, for the reader of a sentence; the record has all digits.
+std::string rounded(double value, double per_unit) {
+  return number_text(std::floor(value * per_unit + 0.5) / per_unit + 0.0);
+}
+std::string triple(Vec3 p, double per_unit) {
+  return rounded(p.x, per_unit) + " " + rounded(p.y, per_unit) + " " + rounded(p.z, per_unit);
+}
 
 }  // namespace
 
@@ -39,9 +44,9 @@ void add_clean_notes(const CleanedScan& scan, std::vector<std::string>& notes) {
   const clean::RuleCounts counts = scan.cleaned->counts();
   const clean::Rules& rules = scan.cleaned->rules();
   if (rules.plane && rules.plane->sample > 0)
-    notes.push_back("clean: the plane found holds " + number_text(rounded(rules.plane->share * 100, 0.1)) +
-                    " % of the points; it goes through " + triple(rules.plane->plane.point) + " with normal " +
-                    triple(rules.plane->plane.normal));
+    notes.push_back("clean: the plane found holds " + rounded(rules.plane->share * 100, 10) +
+                    " % of the points; it goes through " + triple(rules.plane->plane.point, 1e3) + " mm with normal " +
+                    triple(rules.plane->plane.normal, 1e6));
   if (counts.removed() > 0)
     notes.push_back("clean: " + grouped(counts.removed()) + " of " +
                     grouped(counts.removed() + counts[clean::Rule::Kept]) + " points were removed (" +
