@@ -41,10 +41,13 @@ class NearVertices {
   Vec3 low_;
   double longest_ = 0, per_mm_ = 0, rounding_ = 0;
   std::uint64_t mask_ = 0;
-  std::vector<std::uint32_t> number_;  // per bucket, into first_; 0: empty
-  std::vector<std::uint32_t> first_;
+  struct Bucket {
+    std::uint32_t begin = 0, end = 0;  // into entries_ and reach_
+  };
+  std::vector<Bucket> buckets_;
   std::vector<Entry> entries_;
-  std::vector<float> reach_;  // mm, rounded up
+  std::vector<float> reach_;          // per entry, mm, rounded up
+  std::vector<std::uint32_t> place_;  // per vertex: its entry
 };
 
 template <class Visit>
@@ -63,12 +66,12 @@ bool NearVertices::any_near(const Bounds& box, const Visit& visit) const {
     for (std::int64_t j = y0; j <= y1; ++j) {
       const std::uint64_t row = row_of(j, k);
       for (std::int64_t i = x0; i <= x1; ++i) {
-        const std::uint32_t n = number_[(row + static_cast<std::uint64_t>(i)) & mask_];
-        for (std::uint32_t at = first_[n]; at < first_[n + 1]; ++at) {
+        const Bucket bucket = buckets_[(row + static_cast<std::uint64_t>(i)) & mask_];
+        for (std::uint32_t at = bucket.begin; at < bucket.end; ++at) {
           const Entry& e = entries_[at];
           const float apart = std::max({std::abs(e.x - x) - dx, std::abs(e.y - y) - dy, std::abs(e.z - z) - dz});
-          if (apart > most || apart > 0.5f * reach_[e.vertex]) continue;
-          if (visit(e.vertex, static_cast<double>(reach_[e.vertex]))) return true;
+          if (apart > most || apart > 0.5f * reach_[at]) continue;
+          if (visit(e.vertex, static_cast<double>(reach_[at]))) return true;
         }
       }
     }
