@@ -30,7 +30,8 @@ class NearVertices {
     std::uint32_t vertex;
   };
   // Rows of cells along x fall on rows of buckets. Different cells may share a bucket; distances tell their vertices
-  // apart. Buckets are numbered as the vertices need them, so that what is near in the mesh is near in memory.
+  // apart. Entries lie in the order in which the buckets' first vertices come: what is near in the mesh is near in
+  // memory.
   std::uint64_t row_of(std::int64_t y, std::int64_t z) const {
     return (static_cast<std::uint64_t>(y) * 0x9e3779b97f4a7c15u ^
             static_cast<std::uint64_t>(z) * 0xc2b2ae3d27d4eb4fu) >>
