@@ -30,7 +30,8 @@ class NearVertices {
     std::uint32_t vertex;
   };
   // Rows of cells along x fall on rows of buckets. Different cells may share a bucket; distances tell their vertices
-  // apart. Buckets are numbered as the vertices need them, so that what is near in the mesh is near in memory.
+  // apart. Entries lie in the order in which the buckets' first vertices come: what is near in the mesh is near in
+  // memory.
   std::uint64_t row_of(std::int64_t y, std::int64_t z) const {
     return (static_cast<std::uint64_t>(y) * 0x9e3779b97f4a7c15u ^
             static_cast<std::uint64_t>(z) * 0xc2b2ae3d27d4eb4fu) >>
@@ -41,10 +42,13 @@ class NearVertices {
   Vec3 low_;
   double longest_ = 0, per_mm_ = 0, rounding_ = 0;
   std::uint64_t mask_ = 0;
-  std::vector<std::uint32_t> number_;  // per bucket, into first_; 0: empty
-  std::vector<std::uint32_t> first_;
+  struct Bucket {
+    std::uint32_t begin = 0, end = 0;  // into entries_ and reach_
+  };
+  std::vector<Bucket> buckets_;
   std::vector<Entry> entries_;
-  std::vector<float> reach_;  // mm, rounded up
+  std::vector<float> reach_;          // per entry, mm, rounded up
+  std::vector<std::uint32_t> place_;  // per vertex: its entry
 };
 
 template <class Visit>
@@ -63,12 +67,12 @@ bool NearVertices::any_near(const Bounds& box, const Visit& visit) const {
     for (std::int64_t j = y0; j <= y1; ++j) {
       const std::uint64_t row = row_of(j, k);
       for (std::int64_t i = x0; i <= x1; ++i) {
-        const std::uint32_t n = number_[(row + static_cast<std::uint64_t>(i)) & mask_];
-        for (std::uint32_t at = first_[n]; at < first_[n + 1]; ++at) {
+        const Bucket bucket = buckets_[(row + static_cast<std::uint64_t>(i)) & mask_];
+        for (std::uint32_t at = bucket.begin; at < bucket.end; ++at) {
           const Entry& e = entries_[at];
           const float apart = std::max({std::abs(e.x - x) - dx, std::abs(e.y - y) - dy, std::abs(e.z - z) - dz});
-          if (apart > most || apart > 0.5f * reach_[e.vertex]) continue;
-          if (visit(e.vertex, static_cast<double>(reach_[e.vertex]))) return true;
+          if (apart > most || apart > 0.5f * reach_[at]) continue;
+          if (visit(e.vertex, static_cast<double>(reach_[at]))) return true;
         }
       }
     }

@@ -56,7 +56,7 @@ struct Report {
 ///          exchanged after each round.
 /// guards   see Refused. A mesh without crossing triangles keeps none: exact predicates decide.
 /// errors   BadParameter when a limit is none; Unsupported above 1.07e9 triangles; Cancelled (the mesh is as it was)
-/// ends     each swap of a pass raises one strictly monotone potential of the triangulation
+/// ends     each swap of a pass moves one potential of the triangulation strictly one way (smooth.hpp, feature.hpp)
 /// cost     O(F) memory, about 200 bytes per triangle; each round costs what its changes cost
 Result<Report> optimise(Mesh& mesh, const Params& params, const Limits& limits, const Context& context);
 

@@ -56,16 +56,35 @@ TEST(Guards, RefuseWhatIsNotConvex) {
   EXPECT_EQ(mesh.triangles, before);
 }
 
-TEST(Guards, RefuseAnEdgeThatIsThereAlready) {
-  // A tetrahedron: every other diagonal is the opposite edge.
+/// A tube of triangular section, open at both ends: a ridge P0 P1 ..., and Q and R below it halfway between. Q0 R0 is
+/// an edge of the floor and the other diagonal of the long quadrilateral around P0 P1.
+Mesh triangular_tube() {
+  constexpr std::uint32_t n = 5;
   Mesh mesh;
-  mesh.positions = {{0, 0, 0}, {4, 0, 0}, {2, 0.5, 0}, {2, 0.2, 0.4}};
-  mesh.triangles = {{0, 1, 3}, {0, 2, 1}, {0, 3, 2}, {1, 2, 3}};
-  const auto before = mesh.triangles;
-  const auto report = run(mesh, {}, limits_of(50, 0));
+  for (std::uint32_t i = 0; i < n; ++i) {
+    mesh.positions.push_back({3.0 * i, 0, 0.9});
+    mesh.positions.push_back({3.0 * i + 1.5, 0.5, 0});
+    mesh.positions.push_back({3.0 * i + 1.5, -0.5, 0});
+  }
+  for (std::uint32_t i = 0; i + 1 < n; ++i) {
+    const std::uint32_t p = 3 * i, q = p + 1, r = p + 2;
+    for (const Triangle& t :
+         {Triangle{p, p + 3, q}, {q, p + 3, q + 3}, {p + 3, p, r}, {r, r + 3, p + 3}, {q, q + 3, r + 3}, {q, r + 3, r}})
+      mesh.triangles.push_back(t);
+  }
+  to_convention(mesh);
+  return mesh;
+}
+
+TEST(Guards, RefuseAnEdgeThatIsThereAlready) {
+  Mesh mesh = triangular_tube();
+  const TopologyCounts before = topology_of(mesh);
+  ASSERT_EQ(before.nonmanifold_edges + before.misoriented_edges + before.nonmanifold_vertices, 0u);
+  const auto report = run(mesh, {true, false}, limits_of(50, 0));
   ASSERT_TRUE(report.ok());
-  EXPECT_EQ(mesh.triangles, before);
-  EXPECT_EQ(report->smooth.swaps + report->feature.swaps, 0u);
+  EXPECT_GE(report->smooth.refused.edge_exists, 2u);
+  EXPECT_EQ(numbers(topology_of(mesh)), numbers(before));
+  EXPECT_TRUE(support::check_mesh(mesh.positions, mesh.triangles, 50, 0).duplicate_triangles == 0);
 }
 
 /// A roof over the kite's quadrilateral and a triangle that hangs between the two diagonals: 2-3 is low, 0-1 high.
