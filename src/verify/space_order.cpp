@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <numeric>
 
 namespace scanmill::verify {
 namespace {
@@ -22,12 +23,27 @@ constexpr auto kSpread = [] {
   return table;
 }();
 
+bool follow_one_another(std::span<const Vec3> points, double near) {
+  std::size_t jumps = 0;
+  for (std::size_t n = 1; n < points.size(); ++n) jumps += norm2(points[n] - points[n - 1]) > near * near;
+  return 4 * jumps < points.size();
+}
+
 }  // namespace
 
 std::span<const std::uint32_t> SpaceOrder::of(std::span<const Vec3> points, double edge) {
+  rows_.resize(points.size());
+  if (follow_one_another(points, 2 * edge))
+    std::iota(rows_.begin(), rows_.end(), 0u);
+  else
+    sort(points, edge);
+  return rows_;
+}
+
+void SpaceOrder::sort(std::span<const Vec3> points, double edge) {
   Bounds box;
   for (const Vec3& p : points) box.add(p);
-  const Vec3 size = points.empty() ? Vec3{} : box.size();
+  const Vec3 size = box.size();
   const double widest = std::max({size.x, size.y, size.z});
   const double cells_per_mm = widest < edge * kCells ? 1 / edge : kCells / widest;
   auto cell = [&](double x, double low) {
@@ -52,9 +68,7 @@ std::span<const std::uint32_t> SpaceOrder::of(std::span<const Vec3> points, doub
     for (const Entry& entry : entries_) spare_[place[digit][entry.key >> (10 * digit) & (kCells - 1)]++] = entry;
     entries_.swap(spare_);
   }
-  rows_.resize(points.size());
   for (std::size_t n = 0; n < points.size(); ++n) rows_[n] = entries_[n].row;
-  return rows_;
 }
 
 }  // namespace scanmill::verify

@@ -18,7 +18,7 @@ namespace {
 
 constexpr double kFarthest = 1e15;  // mm
 /// Cells by which the points of a block are put in order, in leaves of the index.
-constexpr double kCellLeaves = 0.5;
+constexpr double kCellLeaves = 0.25;
 
 /// The failure of the earliest block, so that the message does not depend on threads: blocks before a failed one are
 /// still read.
