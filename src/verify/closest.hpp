@@ -20,4 +20,11 @@ struct Closest {
 /// Ericson, Real-Time Collision Detection (2005), section 5.1.5, for the regions
 Closest closest_on_triangle(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c);
 
+/// The same bits where p lies over the inside of a triangle that is not flat.
+inline double distance2_over_face(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c) {
+  const Vec3 n = cross(b - a, c - a);
+  const double height = dot(p - a, n);
+  return height * height / norm2(n);
+}
+
 }  // namespace scanmill::verify

@@ -35,8 +35,10 @@ struct Comparison {
 
 /// Both ways: vertices, and a systematic sample of each surface: four places per triangle of the mesh, at least 10,000
 /// and at most 4,000,000, at equal steps of area in the order of triangles, each at a random place of its triangle from
-/// a fixed seed. Same result for any number of threads. errors  BadInput when a mesh has no triangle with an area or
-/// check_mesh refuses it; Cancelled cost    about 2 us per place
+/// a fixed seed. Same result for any number of threads.
+///
+/// errors  BadInput when a mesh has no triangle with an area or check_mesh refuses it; Cancelled
+/// cost    about 2 us per place
 Result<Comparison> compare_meshes(const Mesh& a, const Mesh& b, const Context& context);
 
 }  // namespace scanmill::verify

@@ -58,9 +58,10 @@ struct Quality {
 };
 
 /// Looks at any mesh. Crossings by exact predicates; triangles that name a vertex twice or have no area cross nothing,
-/// and two with the same three vertices are counted as duplicates only. Same result for any number of threads. errors
-/// BadInput when a triangle names a vertex that is not there, a position is not finite or beyond float32, or
-///         there are more than 2^32/3 triangles; Cancelled
+/// and two with the same three vertices are counted as duplicates only. Same result for any number of threads.
+///
+/// errors  BadInput when a triangle names a vertex that is not there, or a position is not finite or beyond float32;
+///         Unsupported above 2^32/3 triangles; Cancelled
 /// cost    about 2 us and 200 bytes per triangle
 Result<Quality> quality_of(const Mesh& mesh, const Context& context);
 

@@ -48,15 +48,17 @@ __m128 distances2(const BoxTree::Node& node, const FloatPoint& p) {
   return sum;
 }
 
-/// Squared lower bounds of the distances to four triangles.
-__m128 bounds2(const float (&plane)[4][4][4], const FloatPoint& p) {
+/// Squared lower bounds of the distances to four triangles; `outside` gets how far p lies beyond their sides, along
+/// their planes: negative over the inside.
+__m128 bounds2(const float (&plane)[4][4][4], const FloatPoint& p, __m128& outside) {
   __m128 value[4];
   for (int k = 0; k < 4; ++k)
     value[k] = _mm_sub_ps(
         _mm_add_ps(_mm_add_ps(_mm_mul_ps(_mm_load_ps(plane[k][0]), p.x), _mm_mul_ps(_mm_load_ps(plane[k][1]), p.y)),
                    _mm_mul_ps(_mm_load_ps(plane[k][2]), p.z)),
         _mm_load_ps(plane[k][3]));
-  const __m128 out = _mm_max_ps(_mm_max_ps(value[1], value[2]), _mm_max_ps(value[3], _mm_setzero_ps()));
+  outside = _mm_max_ps(_mm_max_ps(value[1], value[2]), value[3]);
+  const __m128 out = _mm_max_ps(outside, _mm_setzero_ps());
   return _mm_add_ps(_mm_mul_ps(value[0], value[0]), _mm_mul_ps(out, out));
 }
 
@@ -140,7 +142,8 @@ void TriangleIndex::Search::try_leaf(std::uint32_t number, const Vec3& p, Best& 
   const Leaf& leaf = index_->leaves_[number];
   const FloatPoint local(p, leaf.origin);
   const float margin = kMargin * (local.size + leaf.radius);
-  const __m128 b0 = bounds2(leaf.plane[0], local), b1 = bounds2(leaf.plane[1], local);
+  __m128 out0, out1;
+  const __m128 b0 = bounds2(leaf.plane[0], local, out0), b1 = bounds2(leaf.plane[1], local, out1);
   auto within = [](__m128 bounds, __m128 limit) {  // what is no number stays
     return static_cast<unsigned>(_mm_movemask_ps(_mm_cmpngt_ps(bounds, limit)));
   };
@@ -150,24 +153,32 @@ void TriangleIndex::Search::try_leaf(std::uint32_t number, const Vec3& p, Best& 
   };
   unsigned lanes = lanes_within(best.limit2(margin));
   if (lanes == 0) return;
+  const __m128 clearly = _mm_set1_ps(-margin);
+  const unsigned over_face = static_cast<unsigned>(_mm_movemask_ps(_mm_cmplt_ps(out0, clearly))) |
+                             static_cast<unsigned>(_mm_movemask_ps(_mm_cmplt_ps(out1, clearly))) << 4;
   if ((lanes & (lanes - 1)) != 0) {  // several: the one with the least bound, which mostly rules out the others
     __m128 least = _mm_min_ps(b0, b1);
     least = _mm_min_ps(least, _mm_movehl_ps(least, least));
     least = _mm_min_ss(least, _mm_shuffle_ps(least, least, 1));
     const unsigned first = lanes & lanes_within(_mm_cvtss_f32(least));
     const unsigned lane = static_cast<unsigned>(__builtin_ctz(first != 0 ? first : lanes));
-    measure(leaf.triangle[lane], number, p, best);
+    measure(leaf.triangle[lane], (over_face >> lane & 1) != 0, number, p, best);
     lanes &= ~(1u << lane) & lanes_within(best.limit2(margin));
   }
-  for (; lanes != 0; lanes &= lanes - 1)
-    measure(leaf.triangle[static_cast<unsigned>(__builtin_ctz(lanes))], number, p, best);
+  for (; lanes != 0; lanes &= lanes - 1) {
+    const auto lane = static_cast<unsigned>(__builtin_ctz(lanes));
+    measure(leaf.triangle[lane], (over_face >> lane & 1) != 0, number, p, best);
+  }
 }
 
-inline void TriangleIndex::Search::measure(std::uint32_t t, std::uint32_t leaf, const Vec3& p, Best& best) const {
+inline void TriangleIndex::Search::measure(std::uint32_t t, bool over_face, std::uint32_t leaf, const Vec3& p,
+                                           Best& best) const {
   if (t == kNoTriangle) return;
   const Triangle& corners = index_->mesh_->triangles[t];
   const Vec3* at = index_->mesh_->positions.data();
-  const Closest found = closest_on_triangle(p, at[corners[0]], at[corners[1]], at[corners[2]]);
+  const Vec3 &a = at[corners[0]], &b = at[corners[1]], &c = at[corners[2]];
+  const Closest found =
+      over_face ? Closest{distance2_over_face(p, a, b, c), Feature::Face} : closest_on_triangle(p, a, b, c);
   if (found.distance2 < best.hit.distance2 || (found.distance2 == best.hit.distance2 && t < best.hit.triangle)) {
     best.hit = {found.distance2, t, found.feature};
     best.bound = static_cast<float>(std::sqrt(found.distance2)) * (1 + kMargin);

@@ -35,6 +35,8 @@ class TriangleIndex {
   bool empty() const { return leaves_.empty(); }
   const BoxTree& tree() const { return tree_; }
   std::size_t memory_bytes() const;
+  /// Mean diagonal of the boxes of eight neighbouring triangles, mm: what counts as near for a search.
+  double leaf_size() const { return leaf_size_; }
 
   /// Searches one after the other, remembering where the last ones ended; answers do not depend on that. One per
   /// thread.
@@ -52,7 +54,7 @@ class TriangleIndex {
     void among_gathered(const Vec3& p, Best& best) const;
     void walk(const Vec3& p, Best& best) const;
     void try_leaf(std::uint32_t leaf, const Vec3& p, Best& best) const;
-    void measure(std::uint32_t triangle, std::uint32_t leaf, const Vec3& p, Best& best) const;
+    void measure(std::uint32_t triangle, bool over_face, std::uint32_t leaf, const Vec3& p, Best& best) const;
 
     const TriangleIndex* index_;
     double reach_;  // mm; how far around a run its leaves are gathered
@@ -74,7 +76,7 @@ class TriangleIndex {
   const Mesh* mesh_;
   BoxTree tree_;
   std::vector<Leaf> leaves_;
-  double leaf_size_ = 0;  // mean diagonal of the leaves' boxes, mm
+  double leaf_size_ = 0;
 };
 
 }  // namespace scanmill::verify

@@ -9,6 +9,7 @@
 
 #include "base/text.hpp"
 #include "verify/sides.hpp"
+#include "verify/space_order.hpp"
 #include "verify/tally.hpp"
 #include "verify/vertex_errors.hpp"
 
@@ -16,6 +17,8 @@ namespace scanmill::verify {
 namespace {
 
 constexpr double kFarthest = 1e15;  // mm
+/// Cells by which the points of a block are put in order, in leaves of the index.
+constexpr double kCellLeaves = 0.25;
 
 /// The failure of the earliest block, so that the message does not depend on threads: blocks before a failed one are
 /// still read.
@@ -109,21 +112,19 @@ class Worker {
     seen.points_read += block_.points_read;
     seen.not_finite += block_.not_finite;
     seen.sensor_invalid += block_.sensor_invalid;
-    const auto& at = block_.positions;
-    const Vec3 offset = judged_.mesh.offset;
-    local_.resize(at.size());
-    hits_.resize(at.size());
-    for (std::size_t n = 0; n < at.size(); ++n) {
-      local_[n] = at[n] - offset;
-      if (!(std::max({std::abs(local_[n].x), std::abs(local_[n].y), std::abs(local_[n].z)}) < kFarthest))
-        return fail(Code::BadInput, "the point in row " + std::to_string(block_.rows[n]) + " of view " +
-                                        std::to_string(index_of(block_.view)) + " lies at (" + number_text(at[n].x) +
-                                        ", " + number_text(at[n].y) + ", " + number_text(at[n].z) +
-                                        "); coordinates must be below 1e15 mm: check the file and its units");
+    TRY(check_places());
+    // Neighbours one after the other: they share a walk down the index, and caches.
+    order_ = in_space_.of(block_.positions, judged_.index.leaf_size() * kCellLeaves);
+    places_.resize(order_.size());
+    local_.resize(order_.size());
+    hits_.resize(order_.size());
+    for (std::size_t n = 0; n < order_.size(); ++n) {
+      places_[n] = block_.positions[order_[n]];
+      local_[n] = places_[n] - judged_.mesh.offset;
     }
     search_.nearest(local_, hits_);
-    if (feed_) feed_->begin(at);
-    for (std::size_t n = 0; n < at.size(); ++n) judge(n);
+    if (feed_) feed_->begin(places_);
+    for (std::size_t n = 0; n < order_.size(); ++n) judge(n);
     if (feed_) feed_->end();
     return {};
   }
@@ -131,6 +132,17 @@ class Worker {
   Seen seen;
 
  private:
+  Result<void> check_places() const {
+    for (std::size_t n = 0; n < block_.positions.size(); ++n) {
+      const Vec3& at = block_.positions[n];
+      if (!(std::max({std::abs(at.x), std::abs(at.y), std::abs(at.z)}) < kFarthest))
+        return fail(Code::BadInput, "the point in row " + std::to_string(block_.rows[n]) + " of view " +
+                                        std::to_string(index_of(block_.view)) + " lies at (" + number_text(at.x) +
+                                        ", " + number_text(at.y) + ", " + number_text(at.z) +
+                                        "); coordinates must be below 1e15 mm: check the file and its units");
+    }
+    return {};
+  }
   void judge(std::size_t n) {
     const Hit& hit = hits_[n];
     const double distance = std::sqrt(hit.distance2);
@@ -155,12 +167,9 @@ class Worker {
   }
   WorstPoint worst_point(std::size_t n, double distance, bool is_above, bool open_border) const {
     const std::uint32_t triangle = hits_[n].triangle;
-    return {block_.positions[n],
-            {block_.view, block_.rows[n]},
-            distance,
-            is_above ? distance : -distance,
-            triangle,
-            judged_.patch_of(triangle),
+    return {places_[n], {block_.view, block_.rows[order_[n]]},
+            distance,   is_above ? distance : -distance,
+            triangle,   judged_.patch_of(triangle),
             open_border};
   }
 
@@ -169,7 +178,9 @@ class Worker {
   double units_per_mm_;
   std::optional<VertexErrors::Feed> feed_;
   PointBlock block_;
-  std::vector<Vec3> local_;
+  SpaceOrder in_space_;
+  std::span<const std::uint32_t> order_;  // row of the block behind each place
+  std::vector<Vec3> places_, local_;      // global; in the frame of the mesh
   std::vector<Hit> hits_;
 };
 

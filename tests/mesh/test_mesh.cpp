@@ -78,6 +78,18 @@ Mesh touching_sheets() {
 
 // ---- topology_of ----
 
+TEST(TopologyOf, GivesTrianglesThatNameAVertexTwiceNoEdges) {
+  Mesh mesh = tetrahedron();
+  const TopologyCounts before = topology_of(mesh);
+  mesh.triangles.push_back({0, 0, 1});
+  const TopologyCounts after = topology_of(mesh);
+  EXPECT_EQ(after.triangles, before.triangles + 1);
+  EXPECT_EQ(after.edges, before.edges);
+  EXPECT_EQ(after.boundary_edges, 0u);
+  EXPECT_EQ(after.nonmanifold_edges, 0u);
+  EXPECT_EQ(after.components, 1u);
+}
+
 TEST(TopologyOf, TetrahedronIsAClosedSphere) {
   const TopologyCounts counts = topology_of(tetrahedron());
   EXPECT_EQ(counts.vertices_used, 4u);

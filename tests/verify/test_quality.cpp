@@ -120,7 +120,7 @@ TEST(QualityOf, FindsTheCrossingsThatTryingAllPairsFinds) {
 }
 
 TEST(QualityOf, DoesNotDependOnThreads) {
-  const Mesh mesh = soup(3000, 77);
+  const Mesh mesh = soup(900, 77);
   const Quality one = looked_at(mesh, 1);
   for (const int threads : {2, 7}) {
     const Quality many = looked_at(mesh, threads);
