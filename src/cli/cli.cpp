@@ -12,6 +12,7 @@
 #include "cli/schemas.hpp"
 #include "cli/stage_options.hpp"
 #include "cli/versions.hpp"
+#include "pipeline/mesh_tools.hpp"
 #include "runner/console.hpp"
 #include "runner/job.hpp"
 
@@ -39,11 +40,24 @@ void install_handlers() {
 struct Options {
   CommonOptions common;
   runner::RunOptions run;
-  StageOptions reduce, mesh, cloud;
+  StageOptions reduce, mesh, optimise, verify, compare, render, info, cloud, none;
   std::vector<std::string> inputs;
-  std::string input, output, object, schema;
+  std::string input, second, output, object, schema;
+  pipeline::PictureChoice picture;
   std::uint64_t seed = 1;
-  bool as_is = false;
+  bool as_is = false, as_points = false, ascii = false;
+
+  const StageOptions& stage(const std::string& command) const {
+    return command == "reduce"     ? reduce
+           : command == "mesh"     ? mesh
+           : command == "optimise" ? optimise
+           : command == "verify"   ? verify
+           : command == "compare"  ? compare
+           : command == "render"   ? render
+           : command == "info"     ? info
+           : command == "convert"  ? cloud
+                                   : none;
+  }
 };
 
 CLI::App& command(CLI::App& app, Options& options, const char* name, const char* help) {
@@ -86,12 +100,38 @@ void add_tool_commands(CLI::App& app, Options& options) {
   mesh.add_option("-o,--output", options.output, "STL to write.")->required();
   mesh.add_flag("--as-is", options.as_is, "The input was written by reduce: mesh its points as they are.");
   options.mesh.add_to(mesh, {"", "lattice", "reduce", "grow", "seeds", "merge"});
-  CLI::App& info = command(app, options, "info", "Format, size, spacing and noise of a cloud, with a suggested bin.");
-  info.add_option("file", options.input, "Cloud file, .conf file or scan plan.")->required();
-  options.cloud.add_to(info, {""});
-  CLI::App& convert = command(app, options, "convert", "A cloud, posed, in mm, as float64 PLY.");
-  convert.add_option("file", options.input, "Cloud file, .conf file or scan plan.")->required();
-  convert.add_option("output", options.output, "PLY to write.")->required();
+  CLI::App& optimise = command(app, options, "optimise", "Edge swaps on a mesh: smoothness, then features.");
+  optimise.add_option("mesh", options.input, "STL, OBJ, OFF or PLY.")->required();
+  optimise.add_option("-o,--output", options.output, "STL, PLY or OBJ to write.")->required();
+  options.optimise.add_to(optimise, {"lattice", "grow", "optimise"});
+  CLI::App& verify = command(app, options, "verify", "A mesh judged: topology, crossings, angles, distances.");
+  verify.add_option("mesh", options.input, "STL, OBJ, OFF or PLY, mm.")->required();
+  verify.add_option("--cloud", options.inputs, "Cloud file, .conf file or scan plan; may be given again.")
+      ->allow_extra_args(false);
+  options.verify.add_to(verify, {"", "lattice", "verify", "sensor"});
+  CLI::App& compare = command(app, options, "compare", "Two meshes against each other.");
+  compare.add_option("a", options.input, "STL, OBJ, OFF or PLY.")->required();
+  compare.add_option("b", options.second, "STL, OBJ, OFF or PLY.")->required();
+  options.compare.add_to(compare, {""});
+  CLI::App& render = command(app, options, "render", "A picture of a mesh or cloud (PNG).");
+  render.add_option("file", options.input, "Mesh or cloud.")->required();
+  render.add_option("-o,--output", options.output, "PNG to write.")->required();
+  render.add_option("--as", options.picture.as, "points, wire, shaded, patches or error.");
+  render.add_option("--view", options.picture.view, "iso, +x, -x, +y, -y, +z or -z.");
+  render.add_option("--width", options.picture.width, "Pixels.");
+  render.add_option("--height", options.picture.height, "Pixels.");
+  render.add_option("--error-range-mm", options.picture.error_range_mm, "Both ends of the error scale.");
+  options.render.add_to(render, {""});
+  CLI::App& info = command(app, options, "info",
+                           "Format, size, spacing and noise of a cloud with a suggested bin, or quality of a mesh.");
+  info.add_option("file", options.input, "Cloud file, .conf file, scan plan or mesh.")->required();
+  options.info.add_to(info, {""});
+  CLI::App& convert =
+      command(app, options, "convert", "A cloud, posed, in mm, as float64 PLY; or a mesh as STL, PLY or OBJ.");
+  convert.add_option("file", options.input, "Cloud file, .conf file, scan plan or mesh.")->required();
+  convert.add_option("output", options.output, "File to write; its suffix says what.")->required();
+  convert.add_flag("--points", options.as_points, "Take the vertices of a mesh as a cloud.");
+  convert.add_flag("--ascii", options.ascii, "STL as text.");
   options.cloud.add_to(convert, {""});
   CLI::App& simulate =
       command(app, options, "simulate", "Views of a built-in object from the stations of a scan plan.");
@@ -146,6 +186,25 @@ std::string unknown_word(const CLI::App& app) {
                             " --help shows the use";
 }
 
+Result<pipeline::ToolReport> run_stage(const std::string& name, const Options& o, const pipeline::What& what,
+                                       const Context& context, Progress& progress) {
+  if (name == "init")
+    return pipeline::write_first_job(o.input, o.output.empty() ? "job.yaml" : o.output, context, progress);
+  if (name == "simulate") return pipeline::simulate_plan(o.input, o.object, o.output, o.seed, context, progress);
+  if (name == "reduce") return pipeline::reduce_to_file(o.inputs, what, o.output, context, progress);
+  if (name == "mesh") return pipeline::mesh_to_file(o.inputs, what, o.as_is, o.output, context, progress);
+  if (name == "optimise") return pipeline::optimise_file(o.input, what, o.output, context, progress);
+  if (name == "verify") return pipeline::verify_file(o.input, o.inputs, what, context, progress);
+  if (name == "compare") return pipeline::compare_files(o.input, o.second, what, context, progress);
+  if (name == "render") return pipeline::render_file(o.input, what, o.picture, o.output, context, progress);
+  TRY_ASSIGN(const bool is_mesh, pipeline::is_mesh_file(o.input));
+  if (name == "info")
+    return is_mesh ? pipeline::mesh_info(o.input, what, context, progress)
+                   : pipeline::cloud_info(o.input, what, context, progress);
+  return is_mesh && !o.as_points ? pipeline::convert_mesh(o.input, what, o.ascii, o.output, context, progress)
+                                 : pipeline::convert_cloud(o.input, what, o.output, context, progress);
+}
+
 int dispatch(const CLI::App& app, Options& options) {
   const std::string name = app.get_subcommands()[0]->get_name();
   if (name == "run") return run_run(options.common, options.run, g_stop);
@@ -157,23 +216,12 @@ int dispatch(const CLI::App& app, Options& options) {
     return runner::kExitGood;
   }
   const bool needs_bin = name == "reduce" || (name == "mesh" && !options.as_is);
-  const StageOptions& stage = name == "reduce" ? options.reduce : name == "mesh" ? options.mesh : options.cloud;
-  const auto what = stage.what(needs_bin);
-  return run_tool(
-      options.common, name, g_stop, [&](const Context& context, Progress& progress) -> Result<pipeline::ToolReport> {
-        if (name == "simulate")
-          return pipeline::simulate_plan(options.input, options.object, options.output, options.seed, context,
-                                         progress);
-        if (name == "init")
-          return pipeline::write_first_job(options.input, options.output.empty() ? "job.yaml" : options.output, context,
-                                           progress);
-        if (!what) return what.error();
-        if (name == "reduce") return pipeline::reduce_to_file(options.inputs, *what, options.output, context, progress);
-        if (name == "mesh")
-          return pipeline::mesh_to_file(options.inputs, *what, options.as_is, options.output, context, progress);
-        if (name == "info") return pipeline::cloud_info(options.input, *what, context, progress);
-        return pipeline::convert_cloud(options.input, *what, options.output, context, progress);
-      });
+  const auto what = options.stage(name).what(needs_bin);
+  return run_tool(options.common, name, g_stop,
+                  [&](const Context& context, Progress& progress) -> Result<pipeline::ToolReport> {
+                    if (!what) return what.error();
+                    return run_stage(name, options, *what, context, progress);
+                  });
 }
 
 }  // namespace

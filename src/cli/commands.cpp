@@ -107,7 +107,13 @@ int run_tool(const CommonOptions& common, const std::string& name, const runner:
     return stop.signal.load() ? 128 + stop.signal.load() : code;
   }
   show_report(console, name, report->values);
-  return runner::kExitGood;
+  for (const std::string& gate : report->failed_gates) {
+    Node event = Console::event("gate");
+    event.set("scan", "");
+    event.set("text", gate);
+    console.problem("rejected: " + gate, event);
+  }
+  return report->failed_gates.empty() ? runner::kExitGood : runner::kExitGate;
 }
 
 int run_check(const CommonOptions& common, const std::string& path, std::vector<std::string> sets) {

@@ -78,7 +78,11 @@ Merged merge_components(const Input& in, const Params& params) {
   std::vector<std::uint32_t> vertex(label.size(), kNoTriangle);
   out.mesh.offset = in.offset;
   for (std::uint32_t row = 0; row < label.size(); ++row) {
-    if (label[row] == kNoTriangle || dropped[label[row]]) continue;
+    if (label[row] == kNoTriangle) continue;
+    if (dropped[label[row]]) {
+      out.stray_rows.push_back(row);
+      continue;
+    }
     vertex[row] = static_cast<std::uint32_t>(out.vertex_row.size());
     out.vertex_row.push_back(row);
     out.mesh.positions.push_back(in.positions[row]);

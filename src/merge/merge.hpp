@@ -28,6 +28,7 @@ struct Merged {
   Mesh mesh;                              // patch as given, in the mesh's order of triangles
   std::vector<std::uint32_t> vertex_row;  // per vertex
   std::vector<Stray> strays;              // largest first
+  std::vector<std::uint32_t> stray_rows;  // rows behind the vertices of all strays, ascending
   std::uint64_t components = 0, turned_components = 0, turned_by_volume = 0;
 };
 

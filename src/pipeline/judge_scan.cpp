@@ -2,6 +2,7 @@
 #include "pipeline/judge_scan.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <numeric>
 
 #include "base/text.hpp"
@@ -27,6 +28,66 @@ void rank_again(const Mesh& mesh, grow::Patches& patches) {
   for (const std::uint32_t t : order) patches.rank[t] = next[mesh.patch[t]]++;
 }
 
+/// Per row of the reduced cloud: its points belong to a dropped piece.
+std::vector<std::uint8_t> stray_bins(const MeshedSurface& surface, const reduce::ReducedCloud& cloud) {
+  std::vector<std::uint8_t> stray(cloud.size(), 0), used(cloud.size(), 0);
+  for (const std::uint32_t row : surface.vertex_row) used[row] = 1;
+  for (const std::uint32_t row : surface.stray_rows) stray[row] = 1;
+  BinIndex::Reader reader(cloud.index);
+  std::vector<std::int32_t> around, beside;
+  for (const std::uint32_t row : surface.stray_rows) {
+    around.clear();
+    reader.window(cloud.bins[row], 2, around);
+    for (const std::int32_t other : around) {
+      const auto at = static_cast<std::size_t>(other);
+      if (stray[at] || used[at]) continue;
+      beside.clear();
+      reader.window(cloud.bins[at], 2, beside);
+      stray[at] = std::none_of(beside.begin(), beside.end(),
+                               [&](std::int32_t near) { return used[static_cast<std::size_t>(near)] != 0; });
+    }
+  }
+  return stray;
+}
+
+/// Points without those of stray bins. A pure filter, so any order of blocks gives the same.
+class JudgedPoints final : public PointSource {
+ public:
+  JudgedPoints(const PointSource& points, const reduce::ReducedCloud& cloud, std::vector<std::uint8_t> stray)
+      : points_(points), cloud_(cloud), stray_(std::move(stray)) {}
+  std::size_t block_count() const override { return points_.block_count(); }
+  std::uint64_t expected_points() const override { return points_.expected_points(); }
+  Result<void> read_block(std::size_t number, PointBlock& out) const override {
+    TRY(points_.read_block(number, out));
+    BinIndex::Reader reader(cloud_.index);
+    std::size_t kept = 0;
+    for (std::size_t i = 0; i < out.positions.size(); ++i) {
+      if (is_stray(reader, out.positions[i])) continue;
+      out.positions[kept] = out.positions[i];
+      out.rows[kept++] = out.rows[i];
+    }
+    left_out_.fetch_add(out.positions.size() - kept, std::memory_order_relaxed);
+    out.positions.resize(kept);
+    out.rows.resize(kept);
+    return {};
+  }
+  /// Over the blocks read so far.
+  std::uint64_t left_out() const { return left_out_.load(); }
+
+ private:
+  bool is_stray(BinIndex::Reader& reader, Vec3 p) const {
+    const BinKey key = bin_of(cloud_.lattice, p);
+    const std::int32_t row = reader.row_at({static_cast<std::int32_t>(key.i - cloud_.base.i),
+                                            static_cast<std::int32_t>(key.j - cloud_.base.j),
+                                            static_cast<std::int32_t>(key.k - cloud_.base.k)});
+    return row != kNoSlot && stray_[static_cast<std::size_t>(row)] != 0;
+  }
+  const PointSource& points_;
+  const reduce::ReducedCloud& cloud_;
+  std::vector<std::uint8_t> stray_;
+  mutable std::atomic<std::uint64_t> left_out_{0};
+};
+
 }  // namespace
 
 Result<optimise::Report> optimise_surface(MeshedSurface& surface, const What& what, double bin_mm,
@@ -40,9 +101,8 @@ Result<optimise::Report> optimise_surface(MeshedSurface& surface, const What& wh
   return report;
 }
 
-Result<verify::Report> measure_fit(const MeshedSurface& surface, const reduce::ReducedCloud& cloud,
-                                   const PointSource& points, const What& what, const Context& context,
-                                   Progress& progress) {
+Result<Fit> measure_fit(const MeshedSurface& surface, const reduce::ReducedCloud& cloud, const PointSource& points,
+                        const What& what, const Context& context, Progress& progress) {
   const WatchedPoints watched(points, "verify", progress);
   std::vector<std::uint32_t> vertex_of_row(cloud.size(), verify::kNoVertex);
   for (std::size_t v = 0; v < surface.vertex_row.size(); ++v)
@@ -51,7 +111,15 @@ Result<verify::Report> measure_fit(const MeshedSurface& surface, const reduce::R
   terms.bin_mm = cloud.lattice.edge_mm;
   terms.sensor_accuracy_mm = what.sensor.accuracy_mm;
   terms.vertex_bins = verify::VertexBins{cloud.lattice, cloud.base, &cloud.index, vertex_of_row};
-  return verify::verify_mesh(surface.mesh, watched, terms, what.verify, context);
+  Fit fit;
+  if (surface.stray_rows.empty()) {
+    TRY_ASSIGN(fit.report, verify::verify_mesh(surface.mesh, watched, terms, what.verify, context));
+    return fit;
+  }
+  const JudgedPoints judged(watched, cloud, stray_bins(surface, cloud));
+  TRY_ASSIGN(fit.report, verify::verify_mesh(surface.mesh, judged, terms, what.verify, context));
+  fit.points_in_strays = judged.left_out();
+  return fit;
 }
 
 std::vector<std::string> failed_gates(const verify::Report& fit) {

@@ -19,10 +19,16 @@ namespace scanmill::pipeline {
 Result<optimise::Report> optimise_surface(MeshedSurface& surface, const What& what, double bin_mm,
                                           const Context& context, Progress& progress);
 
-/// Distances of all points that were reduced, with the errors of each vertex's own bin.
-Result<verify::Report> measure_fit(const MeshedSurface& surface, const reduce::ReducedCloud& cloud,
-                                   const PointSource& points, const What& what, const Context& context,
-                                   Progress& progress);
+struct Fit {
+  verify::Report report;
+  std::uint64_t points_in_strays = 0;  // in bins of dropped pieces: listed with these, not judged
+};
+
+/// Distances of the points that were reduced, with the errors of each vertex's own bin. A piece that was dropped says
+/// nothing about the mesh, so the points of its bins, and of bins within two of it that no vertex is as near to, are
+/// counted apart.
+Result<Fit> measure_fit(const MeshedSurface& surface, const reduce::ReducedCloud& cloud, const PointSource& points,
+                        const What& what, const Context& context, Progress& progress);
 
 /// One sentence per gate that failed.
 std::vector<std::string> failed_gates(const verify::Report& fit);

@@ -119,15 +119,17 @@ Result<ScanResult> run_scan(const std::string& archive, const ScanSpec& scan, co
 
   auto meshed = mesh_surface(reduction.cloud, report.bounds, what, context, progress);
   if (!meshed.ok()) return name_file(std::move(meshed).error(), scan);
-  ScanResults all{archive, scan, what, *points, cleaned, std::move(reduction), std::move(meshed).value(), {},
-                  {},      {},   {},   {},      {}};
+  ScanResults all{archive, scan, what, *points, cleaned, std::move(reduction), std::move(meshed).value(), {}, {},
+                  {},      0,    {},   {},      {}};
   MeshedSurface& surface = all.surface;
   clock.lap("mesh");
 
   TRY_ASSIGN(all.swaps, optimise_surface(surface, what, all.reduction.report.bin_mm, context, progress));
   clock.lap("optimise");
   TRY_ASSIGN(all.quality, verify::quality_of(surface.mesh, context));
-  TRY_ASSIGN(all.fit, measure_fit(surface, all.reduction.cloud, *cleaned.points, what, context, progress));
+  TRY_ASSIGN(Fit fit, measure_fit(surface, all.reduction.cloud, *cleaned.points, what, context, progress));
+  all.fit = std::move(fit.report);
+  all.points_in_strays = fit.points_in_strays;
   result.failed_gates = failed_gates(all.fit);
   clock.lap("verify");
 
@@ -141,6 +143,10 @@ Result<ScanResult> run_scan(const std::string& archive, const ScanSpec& scan, co
 
   add_clean_notes(cleaned, result.notes);
   add_notes(surface, all.reduction.report, surface.mesh, result.notes);
+  if (all.points_in_strays > 0)
+    result.notes.push_back(counted(all.points_in_strays, "input point") +
+                           (all.points_in_strays == 1 ? " lies" : " lie") + " in dropped components and " +
+                           (all.points_in_strays == 1 ? "is" : "are") + " not part of the fit error");
   all.notes = result.notes;
   TRY_ASSIGN(all.digests, points->digests(context));
   TRY(points->verify_unchanged());

@@ -33,7 +33,8 @@ struct ScanResults {
   optimise::Report swaps;
   verify::Quality quality;
   verify::Report fit;
-  std::vector<std::string> digests;  // SHA-256 of each view of `points`
+  std::uint64_t points_in_strays = 0;  // not judged
+  std::vector<std::string> digests;    // SHA-256 of each view of `points`
   std::vector<std::string> notes;
   std::vector<WrittenFile> outputs;  // the mesh files
 };

@@ -197,6 +197,7 @@ Result<MeshedSurface> mesh_surface(const reduce::ReducedCloud& cloud, const Boun
   out.mesh = std::move(merged.mesh);
   out.vertex_row = std::move(merged.vertex_row);
   out.strays = std::move(merged.strays);
+  out.stray_rows = std::move(merged.stray_rows);
   out.components = merged.components;
   for (const merge::Stray& stray : out.strays) out.kept_in_strays += stray.vertices;
   if (by_front) {

@@ -23,6 +23,7 @@ struct MeshedSurface {
   grow::Patches patches;
   std::vector<std::vector<std::uint32_t>> borders;
   std::vector<merge::Stray> strays;
+  std::vector<std::uint32_t> stray_rows;  // rows behind the vertices of strays, ascending
   std::vector<BorderLoop> loops;
   stars::Report stars;
   RefusalCounts refused;

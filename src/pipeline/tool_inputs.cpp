@@ -61,4 +61,40 @@ Result<ToolInput> scan_of_files(const std::vector<std::string>& paths) {
   return input;
 }
 
+Result<OpenedInputs> open_inputs(const std::vector<std::string>& inputs, const What& what) {
+  OpenedInputs opened;
+  TRY_ASSIGN(opened.input, scan_of_files(inputs));
+  for (ViewSpec& view : opened.input.scan.views)
+    if (!view.camera) view.camera = what.camera;
+  TRY_ASSIGN(opened.points, ScanPoints::open(opened.input.archive, opened.input.scan, what.units_mm, what.format));
+  return opened;
+}
+
+Result<void> check_output(const std::string& output, std::initializer_list<std::string_view> suffixes,
+                          const std::vector<std::string>& inputs) {
+  const std::string suffix = fs::path(output).extension().string();
+  if (std::find(suffixes.begin(), suffixes.end(), suffix) == suffixes.end()) {
+    std::string allowed;
+    for (const std::string_view word : suffixes) allowed += (allowed.empty() ? "" : ", ") + std::string(word);
+    return fail(Code::BadUsage, "found this output name; this command writes " + allowed + " files only", output);
+  }
+  std::error_code ignored;
+  for (const std::string& input : inputs)
+    if (fs::equivalent(output, input, ignored))
+      return fail(Code::BadUsage, "is an input as well; name another file, nothing was written", output);
+  return {};
+}
+
+document::Node triple(Vec3 p) {
+  document::Node list = document::Node::sequence();
+  for (const double value : {p.x, p.y, p.z}) list.push(value);
+  return list;
+}
+
+document::Node texts(const std::vector<std::string>& lines) {
+  document::Node list = document::Node::sequence();
+  for (const std::string& line : lines) list.push(line);
+  return list;
+}
+
 }  // namespace scanmill::pipeline

@@ -25,18 +25,6 @@ using document::Node;
 
 constexpr std::uint64_t kLongestPlan = 64 << 20;
 
-Node triple(Vec3 p) {
-  Node list = Node::sequence();
-  for (const double value : {p.x, p.y, p.z}) list.push(value);
-  return list;
-}
-
-Node texts(const std::vector<std::string>& lines) {
-  Node list = Node::sequence();
-  for (const std::string& line : lines) list.push(line);
-  return list;
-}
-
 void report_reduction(const reduce::Report& reduced, Node& out) {
   out.set("points_read", reduced.points_read);
   out.set("not_finite", reduced.not_finite);
@@ -71,21 +59,7 @@ void report_surface(const MeshedSurface& surface, Node& out) {
   if (!(surface.mesh.offset == Vec3{})) out.set("offset_mm", triple(surface.mesh.offset));
 }
 
-struct Opened {
-  ToolInput input;
-  std::unique_ptr<ScanPoints> points;
-};
-
-Result<Opened> open_inputs(const std::vector<std::string>& inputs, const What& what) {
-  Opened opened;
-  TRY_ASSIGN(opened.input, scan_of_files(inputs));
-  for (ViewSpec& view : opened.input.scan.views)
-    if (!view.camera) view.camera = what.camera;
-  TRY_ASSIGN(opened.points, ScanPoints::open(opened.input.archive, opened.input.scan, what.units_mm, what.format));
-  return opened;
-}
-
-Result<reduce::Reduction> reduce_inputs(const Opened& opened, const What& what, const Context& context,
+Result<reduce::Reduction> reduce_inputs(const OpenedInputs& opened, const What& what, const Context& context,
                                         Progress& progress) {
   const WatchedPoints watched(*opened.points, "reduce", progress);
   TRY_ASSIGN(reduce::Reduction reduction, reduce::reduce_cloud(watched, what.lattice, what.reduce, context));
@@ -108,25 +82,12 @@ Result<plan::ScanPlan> read_plan(const std::string& path, std::string& text) {
   return plan::plan_from(root, path);
 }
 
-/// An output never takes the place of an input, and its name says what is in it.
-Result<void> check_output(const std::string& output, const char* suffix, const std::vector<std::string>& inputs) {
-  namespace fs = std::filesystem;
-  if (fs::path(output).extension() != suffix)
-    return fail(Code::BadUsage, std::string("found this output name; this command writes ") + suffix + " files only",
-                output);
-  std::error_code ignored;
-  for (const std::string& input : inputs)
-    if (fs::equivalent(output, input, ignored))
-      return fail(Code::BadUsage, "is an input as well; name another file, nothing was written", output);
-  return {};
-}
-
 }  // namespace
 
 Result<ToolReport> reduce_to_file(const std::vector<std::string>& inputs, const What& what, const std::string& output,
                                   const Context& context, Progress& progress) {
-  TRY(check_output(output, ".ply", inputs));
-  TRY_ASSIGN(const Opened opened, open_inputs(inputs, what));
+  TRY(check_output(output, {".ply"}, inputs));
+  TRY_ASSIGN(const OpenedInputs opened, open_inputs(inputs, what));
   TRY_ASSIGN(const reduce::Reduction reduction, reduce_inputs(opened, what, context, progress));
   if (reduction.report.kept == 0)
     return fail(Code::BadInput,
@@ -146,7 +107,7 @@ Result<ToolReport> reduce_to_file(const std::vector<std::string>& inputs, const 
 
 Result<ToolReport> mesh_to_file(const std::vector<std::string>& inputs, const What& what, bool as_is,
                                 const std::string& output, const Context& context, Progress& progress) {
-  TRY(check_output(output, ".stl", inputs));
+  TRY(check_output(output, {".stl"}, inputs));
   ToolReport report;
   report.values.set("file", output);
   reduce::ReducedCloud cloud;
@@ -163,7 +124,7 @@ Result<ToolReport> mesh_to_file(const std::vector<std::string>& inputs, const Wh
     bounds = bounds_of(cloud);
     report.values.set("bin_mm", cloud.lattice.edge_mm);
   } else {
-    TRY_ASSIGN(const Opened opened, open_inputs(inputs, what));
+    TRY_ASSIGN(const OpenedInputs opened, open_inputs(inputs, what));
     TRY_ASSIGN(reduce::Reduction reduction, reduce_inputs(opened, what, context, progress));
     TRY(opened.points->verify_unchanged());
     report_reduction(reduction.report, report.values);
@@ -179,7 +140,7 @@ Result<ToolReport> mesh_to_file(const std::vector<std::string>& inputs, const Wh
 }
 
 Result<ToolReport> cloud_info(const std::string& input, const What& what, const Context& context, Progress& progress) {
-  TRY_ASSIGN(const Opened opened, open_inputs({input}, what));
+  TRY_ASSIGN(const OpenedInputs opened, open_inputs({input}, what));
   const ScanPoints& points = *opened.points;
   const WatchedPoints watched(points, "info", progress);
   TRY_ASSIGN(const CloudMeasure seen, measure_cloud(watched, context));
@@ -220,8 +181,8 @@ Result<ToolReport> cloud_info(const std::string& input, const What& what, const 
 
 Result<ToolReport> convert_cloud(const std::string& input, const What& what, const std::string& output,
                                  const Context& context, Progress& progress) {
-  TRY(check_output(output, ".ply", {input}));
-  TRY_ASSIGN(const Opened opened, open_inputs({input}, what));
+  TRY(check_output(output, {".ply"}, {input}));
+  TRY_ASSIGN(const OpenedInputs opened, open_inputs({input}, what));
   const ScanPoints& points = *opened.points;
   std::uint64_t count = 0;
   PointBlock block;

@@ -16,6 +16,7 @@ namespace scanmill::pipeline {
 /// What a tool found out, as a map in the order of showing; values are scalars, lists of scalars, or maps of them.
 struct ToolReport {
   document::Node values = document::Node::map();
+  std::vector<std::string> failed_gates;  // one sentence each: exit code 4
 };
 
 /// Posed and reduced points of all inputs (cloud files, .conf, plans) as PLY with lattice and moments, what `mesh

@@ -34,6 +34,7 @@ struct Sensor {
 struct Output {
   std::string format;  // "stl", "ply", "obj"
   bool ascii = false;  // stl only
+  friend bool operator==(const Output&, const Output&) = default;
 };
 
 struct What {

@@ -58,7 +58,8 @@ void explain_scan(const ScanEntry& entry, bool dry_run, Console& console) {
 
 std::string good_line(const ScanEntry& entry, const std::string& out) {
   std::string line = entry.name + ": " + name_of(entry.fate);
-  for (const std::string& file : entry.files) line += " | " + out + "/" + file;
+  for (const std::string& file : entry.files)
+    if (!file.ends_with(".png")) line += " | " + out + "/" + file;  // pictures are in the report as well
   for (const auto& [key, thing] : {std::pair("triangles", "triangle"), std::pair("boundary_loops", "open loop")})
     if (const Node* value = entry.counts.find(key); value && value->is_integer())
       line += " | " + counted(static_cast<std::uint64_t>(value->as_integer()), thing);

@@ -95,7 +95,8 @@ TEST_F(Program, RunsAJobAndResumes) {
   EXPECT_EQ(run("check job.yaml").code, 0);
   Seen seen = run("run job.yaml --threads 2");
   EXPECT_EQ(seen.code, 0) << seen.err;
-  EXPECT_NE(seen.out.find("sheet: done | job.out/scans/sheet/mesh.stl | job.out/scans/sheet/record.h5"),
+  EXPECT_NE(seen.out.find("sheet: done | job.out/scans/sheet/mesh.stl | job.out/scans/sheet/record.h5 | "
+                          "job.out/scans/sheet/report.html | "),
             std::string::npos)
       << seen.out;
   EXPECT_NE(seen.out.find("1 scan: 0 unchanged, 1 done, 0 failed, 0 quarantined | gates: 0 | 00:00:"),

@@ -207,7 +207,8 @@ def changed_and_new_scans_are_redone(work):
 def tools_agree_with_the_job(work):
     make_archive(f"{work}/a")
     plan = f"{work}/a/sphere/plan.yaml"
-    run("run", write_job(f"{work}/job.yaml", "a"), "--out", f"{work}/o")
+    unswapped = "lattice: {bin_mm: 1.5}\noptimise: {smooth: false, feature: false}\n"
+    run("run", write_job(f"{work}/job.yaml", "a", unswapped), "--out", f"{work}/o")
     wanted = results(f"{work}/o")["scans/sphere/plan/mesh.stl"]
     run("mesh", plan, "--bin-mm", "1.5", "-o", f"{work}/direct.stl")
     run("reduce", plan, "--bin-mm", "1.5", "-o", f"{work}/r.ply")
@@ -223,6 +224,120 @@ def tools_agree_with_the_job(work):
     assert all(abs(edge - 40) < 1 for edge in told["size_mm"]), told
     data = open(f"{work}/direct.stl", "rb").read()
     assert data.startswith(b"scanmill") and len(data) == 84 + 50 * struct.unpack("<I", data[80:84])[0]
+
+
+def every_file(tree):
+    """Relative path -> bytes of everything in scans/, but for the one line of a report that tells date and times."""
+    found = {}
+    for folder, _, files in os.walk(f"{tree}/scans"):
+        for name in files:
+            data = open(os.path.join(folder, name), "rb").read()
+            if name == "report.html":
+                data = b"\n".join(line for line in data.split(b"\n") if not line.startswith(b'<p id="run">'))
+            if name != ".state.json":
+                found[os.path.relpath(os.path.join(folder, name), tree)] = data
+    return found
+
+
+def values_of(text):
+    return [json.loads(line) for line in text.splitlines() if '"type":"report"' in line][-1]["values"]
+
+
+def every_output_is_the_same_for_any_threads(work):
+    make_archive(f"{work}/a", ("cube",))
+    keys = ("lattice: {bin_mm: 1.5}\noutputs: [stl, ply, obj]\nclean: {keep_box: {min: [-60, -60, -60], max: [15, 60, 60]}}\n")
+    job = write_job(f"{work}/job.yaml", "a", keys)
+    for threads in (1, 2, 7):
+        run("run", job, "--out", f"{work}/o{threads}", "--threads", threads)
+    first = every_file(f"{work}/o1")
+    names = {os.path.basename(path) for path in first}
+    assert names == {"mesh.stl", "mesh.ply", "mesh.obj", "record.h5", "report.html", "preview-shaded.png",
+                     "preview-error.png", "preview-patches.png", "preview-removed.png"}, names
+    assert every_file(f"{work}/o2") == first and every_file(f"{work}/o7") == first
+    run("run", write_job(f"{work}/text.yaml", "a", "lattice: {bin_mm: 1.5}\noutputs: [{stl: {ascii: true}}]\n"), "--out",
+        f"{work}/text")
+    assert open(f"{work}/text/scans/cube/plan/mesh.stl", "rb").read().startswith(b"solid")
+
+
+def mesh_tools_agree_with_the_job(work):
+    make_archive(f"{work}/a", ("cube",))
+    keys = "lattice: {bin_mm: 1.5}\noutputs: [stl, ply, obj]\n"
+    run("run", write_job(f"{work}/swapped.yaml", "a", keys), "--out", f"{work}/s")
+    plain = keys + "optimise: {smooth: false, feature: false}\n"
+    run("run", write_job(f"{work}/plain.yaml", "a", plain), "--out", f"{work}/p")
+    swapped, unswapped = f"{work}/s/scans/cube/plan", f"{work}/p/scans/cube/plan"
+    # The swaps of the job, from a file that keeps numbers and patches.
+    told = values_of(run("optimise", f"{unswapped}/mesh.ply", "-o", f"{work}/again.stl", "--bin-mm", "1.5", "--json"))
+    assert told["feature"]["swaps"] > 0
+    assert open(f"{work}/again.stl", "rb").read() == open(f"{swapped}/mesh.stl", "rb").read()
+    # What verify finds is what the record says.
+    told = values_of(run("verify", f"{swapped}/mesh.ply", "--cloud", f"{work}/a/cube/plan.yaml", "--bin-mm", "1.5", "--json"))
+    with h5py.File(f"{swapped}/record.h5") as record:
+        stage = record["stages"]
+        counters = next(stage[name].attrs for name in stage if name.endswith("_verify"))
+        for key, value in (("triangles", told["triangles"]), ("crossing_pairs", told["crossing_pairs"]),
+                           ("max_mm", told["fit"]["all"]["max_mm"]), ("rms_mm", told["fit"]["all"]["rms_mm"]),
+                           ("p99_mm", told["fit"]["all"]["p99_mm"]), ("smallest_angle_p5_deg", told["smallest_angle_p5_deg"])):
+            assert counters[key] == value, (key, counters[key], value)
+        errors = record["VTKHDF/PointData/error_mm"][:]
+        assert len(errors) == told["vertices"] and abs(errors).max() <= told["fit"]["all"]["max_mm"] + 1e-6
+    # The same surface in every format.
+    for name in ("mesh.stl", "mesh.obj"):
+        told = values_of(run("compare", f"{swapped}/mesh.ply", f"{swapped}/{name}", "--json"))
+        assert told["same_triangles"] and told["same_vertices"], name
+    run("convert", f"{swapped}/mesh.ply", f"{work}/c.stl")
+    assert open(f"{work}/c.stl", "rb").read()[84:] == open(f"{swapped}/mesh.stl", "rb").read()[84:]
+    text = run("convert", f"{swapped}/mesh.ply", f"{work}/c.obj")
+    assert "error" in text and "note" in text, text  # the errors of vertices are lost, and it says so
+    run("convert", f"{swapped}/mesh.ply", f"{work}/points.ply", "--points")
+    assert values_of(run("info", f"{swapped}/mesh.stl", "--json"))["closed_manifold"] is True
+    for style in ("points", "wire", "shaded", "patches", "error"):
+        run("render", f"{swapped}/mesh.ply", "-o", f"{work}/{style}.png", "--as", style, "--width", 400, "--height", 320)
+        assert open(f"{work}/{style}.png", "rb").read().startswith(b"\x89PNG")
+    assert "no error per vertex" in run("render", f"{swapped}/mesh.stl", "-o", f"{work}/x.png", "--as", "error", want=3)
+
+
+def gates_decide_the_exit_code(work):
+    make_archive(f"{work}/a", ("sphere",))
+    keys = "lattice: {bin_mm: 1.5}\nverify: {max_error_mm: 0.0001, rms_mm: 5}\nsensor: {accuracy_mm: 0.1}\n"
+    text = run("run", write_job(f"{work}/job.yaml", "a", keys), "--out", f"{work}/o", want=4)
+    assert "rejected: verify.max_error_mm: found" in text and "gates: 1" in text, text
+    page = open(f"{work}/o/scans/sphere/plan/report.html").read()
+    assert "verify.max_error_mm" in page
+    assert json.load(open(f"{work}/o/run.json"))["scans"][0]["rejected"] is True
+    mesh = f"{work}/o/scans/sphere/plan/mesh.stl"
+    text = run("verify", mesh, "--cloud", f"{work}/a/sphere/plan.yaml", "--rms-mm", "0.00001", want=4)
+    assert "rejected: verify.rms_mm" in text, text
+    run("verify", mesh, "--cloud", f"{work}/a/sphere/plan.yaml", "--rms-mm", "1")
+
+
+def every_json_line_fits_the_schema(work):
+    import jsonschema
+
+    schemas = {name: json.load(open(f"{ROOT}/schemas/{name}.schema.json")) for name in ("stream", "run")}
+    lines = jsonschema.Draft7Validator(schemas["stream"])
+    make_archive(f"{work}/a", ("sphere",))
+    open(f"{work}/a/bad.xyz", "w").write("1 2 three\n")
+    job = write_job(f"{work}/job.yaml", "a", "lattice: {bin_mm: 1.5}\nverify: {max_error_mm: 0.0001}\n")
+    out = f"{work}/o"
+    mesh = f"{out}/scans/sphere/plan/mesh.stl"
+    plan = f"{work}/a/sphere/plan.yaml"
+    commands = [(3, "run", job, "--out", out, "--explain"), (4, "run", job, "--out", out), (0, "check", job), (0, "info", plan),
+                (0, "info", mesh), (0, "verify", mesh, "--cloud", plan), (0, "compare", mesh, mesh),
+                (0, "optimise", mesh, "-o", f"{work}/m.ply"), (0, "convert", mesh, f"{work}/m.obj"),
+                (0, "render", mesh, "-o", f"{work}/m.png"), (0, "reduce", plan, "--bin-mm", "2", "-o", f"{work}/r.ply"),
+                (0, "mesh", f"{work}/r.ply", "--as-is", "-o", f"{work}/m.stl"), (0, "init", f"{work}/a", "-o", f"{work}/i.yaml"),
+                (2, "run", f"{work}/nowhere.yaml"), (2, "rnu"), (2, "schema", "jb"), (3, "info", f"{work}/a/bad.xyz")]
+    for want, *words in commands:
+        done = subprocess.run([SCANMILL, *words, "--json"], capture_output=True, text=True, timeout=300)
+        assert done.returncode == want, (words, done.returncode, done.stdout, done.stderr)
+        assert done.stdout.strip(), words
+        for line in done.stdout.splitlines():
+            errors = list(lines.iter_errors(json.loads(line)))
+            assert not errors, (words, line, errors)
+    errors = list(jsonschema.Draft7Validator(schemas["run"]).iter_errors(json.load(open(f"{out}/run.json"))))
+    assert not errors, errors
+    run("check", f"{work}/i.yaml")
 
 
 def front_engine_runs(work):

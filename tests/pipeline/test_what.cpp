@@ -24,7 +24,7 @@ TEST(WhatFrom, BinSizeAloneIsEnough) {
   EXPECT_EQ(w->lattice.bin_mm, 0.5);
   EXPECT_EQ(w->reduce.representative, reduce::Representative::Surface);
   EXPECT_EQ(w->grow.range_bins, 2.5);
-  EXPECT_EQ(w->outputs, std::vector<std::string>{"stl"});
+  EXPECT_EQ(w->outputs, (std::vector<Output>{{"stl", false}}));
 }
 
 TEST(WhatFrom, ProfilePaperSetsItsRulesAndSingleKeysOverride) {
@@ -55,8 +55,8 @@ TEST(WhatFrom, ReportsEveryProblemWithPlaceAllowedAndNearest) {
         "grow.min_angle_deg: found five; allowed a number in [0, 45]",
         "job.yaml:4:8: units: found mn; allowed mm, cm, m, um, in; nearest mm",
         "profile: found papr; allowed scan, paper; nearest paper",
-        "outputs: found iges; not written by this version; allowed stl",
-        "outputs: found stll; allowed stl; nearest stl", "reduce: found 7; allowed a map of representative",
+        "outputs: found iges; not written by this version; allowed stl, ply, obj",
+        "outputs: found stll; allowed stl, ply, obj; nearest stl", "reduce: found 7; allowed a map of representative",
         "merge.fill_holes_up_to_bins: not in this version"})
     EXPECT_NE(text.find(line), std::string::npos) << line << "\nin\n" << text;
   EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 10) << text;

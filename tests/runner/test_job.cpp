@@ -44,8 +44,8 @@ TEST(JobFrom, ReportsAllProblemsAtOnceWithPlaceAndNearest) {
 }
 
 TEST(JobFrom, RefusesKeysThatThisVersionWouldIgnore) {
-  for (const std::string line : {"settle_s: 3", "verify: {max_error_mm: 1}", "notify: x", "resources: {until: '05:30'}",
-                                 "executor: slurm", "optimise: {smooth: true}", "brick: {}"}) {
+  for (const std::string line : {"settle_s: 3", "notify: x", "resources: {until: '05:30'}",
+                                 "executor: slurm", "brick: {}"}) {
     const auto refused = job("scanmill: 1\n" + line + "\n");
     ASSERT_FALSE(refused.ok()) << line;
     EXPECT_NE(refused.error().text().find("not in this version"), std::string::npos) << refused.error().text();
