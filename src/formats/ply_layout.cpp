@@ -104,12 +104,38 @@ class Pass {
       while (!cursor_.at_end()) {
         const std::uint64_t offset = cursor_.offset();
         TRY_ASSIGN(const std::string_view text, cursor_.line());
-        if (!is_blank(text)) return note_rest(offset);
+        const std::uint64_t line = line_++;
+        if (is_blank(text)) continue;
+        if (rows_declared()) return goes_on(source_.size() - offset, line_place(source_.name(), line));
+        return note_rest(offset);
       }
       return {};
     }
-    if (end < source_.size()) return note_rest(end);
+    const std::uint64_t rest = source_.size() - std::min(source_.size(), end);
+    if (rows_declared() && rest >= least_row(header_.elements.back()))
+      return goes_on(rest, byte_place(source_.name(), end));
+    if (rest > 0) return note_rest(end);
     return {};
+  }
+
+  bool rows_declared() const { return !header_.elements.empty(); }
+
+  /// Bytes of the shortest binary row of an element.
+  static std::uint64_t least_row(const PlyElement& element) {
+    std::uint64_t bytes = 0;
+    for (const PlyProperty& property : element.properties)
+      bytes += size_of(property.is_list ? property.count_type : property.type);
+    return std::max<std::uint64_t>(bytes, 1);
+  }
+
+  /// What stands there would be lost unseen.
+  Result<void> goes_on(std::uint64_t bytes, std::string place) const {
+    const PlyElement& last = header_.elements.back();
+    return fail(Code::BadInput,
+                "the file goes on for " + std::to_string(bytes) + " bytes behind the " + std::to_string(last.count) +
+                    " rows of element " + quoted(last.name) +
+                    " that the header declares; correct the count, or cut what does not belong there",
+                std::move(place));
   }
 
   Result<void> note_rest(std::uint64_t offset) {

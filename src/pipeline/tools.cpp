@@ -59,10 +59,27 @@ void report_surface(const MeshedSurface& surface, Node& out) {
   if (!(surface.mesh.offset == Vec3{})) out.set("offset_mm", triple(surface.mesh.offset));
 }
 
+/// Stages do not know files: an error without a place gets the first input's name.
+Error named(Error error, const OpenedInputs& opened) {
+  if (!error.where.empty()) return error;
+  const ScanSpec& scan = opened.input.scan;
+  return std::move(error).at(scan.description.empty() ? scan.views.front().path : scan.description);
+}
+
+/// Notes of the scan and of every file of it.
+void add_notes(const OpenedInputs& opened, Node& out) {
+  std::vector<std::string> notes = opened.input.scan.notes;
+  for (const OpenView& view : opened.points->views())
+    for (const std::string& note : view.header.notes) notes.push_back(view.path + ": " + note);
+  if (!notes.empty()) out.set("notes", texts(notes));
+}
+
 Result<reduce::Reduction> reduce_inputs(const OpenedInputs& opened, const What& what, const Context& context,
                                         Progress& progress) {
   const WatchedPoints watched(*opened.points, "reduce", progress);
-  TRY_ASSIGN(reduce::Reduction reduction, reduce::reduce_cloud(watched, what.lattice, what.reduce, context));
+  auto reduced = reduce::reduce_cloud(watched, what.lattice, what.reduce, context);
+  if (!reduced.ok()) return named(std::move(reduced).error(), opened);
+  reduce::Reduction reduction = std::move(reduced).value();
   std::string problem = implausible_size(reduction.report.bounds, opened.points->units_mm(), reduction.report.bin_mm);
   if (!problem.empty()) return fail(Code::BadInput, std::move(problem), opened.input.scan.name);
   return reduction;
@@ -101,7 +118,7 @@ Result<ToolReport> reduce_to_file(const std::vector<std::string>& inputs, const 
   ToolReport report;
   report.values.set("file", output);
   report_reduction(reduction.report, report.values);
-  if (!opened.input.scan.notes.empty()) report.values.set("notes", texts(opened.input.scan.notes));
+  add_notes(opened, report.values);
   return report;
 }
 
@@ -131,7 +148,12 @@ Result<ToolReport> mesh_to_file(const std::vector<std::string>& inputs, const Wh
     cloud = std::move(reduction.cloud);
     bounds = reduction.report.bounds;
   }
-  TRY_ASSIGN(const MeshedSurface surface, mesh_surface(cloud, bounds, what, context, progress));
+  auto meshed = mesh_surface(cloud, bounds, what, context, progress);
+  if (!meshed.ok()) {
+    Error error = std::move(meshed).error();
+    return error.where.empty() ? std::move(error).at(inputs.front()) : error;
+  }
+  const MeshedSurface surface = std::move(meshed).value();
   TRY_ASSIGN(auto sink, store::create_file(output));
   TRY(exporting::write_stl(surface.mesh, *sink));
   TRY(sink->commit());
@@ -143,7 +165,9 @@ Result<ToolReport> cloud_info(const std::string& input, const What& what, const 
   TRY_ASSIGN(const OpenedInputs opened, open_inputs({input}, what));
   const ScanPoints& points = *opened.points;
   const WatchedPoints watched(points, "info", progress);
-  TRY_ASSIGN(const CloudMeasure seen, measure_cloud(watched, context));
+  const auto measured = measure_cloud(watched, context);
+  if (!measured.ok()) return named(measured.error(), opened);
+  const CloudMeasure& seen = *measured;
   ToolReport report;
   Node& out = report.values;
   out.set("file", input);
@@ -191,6 +215,7 @@ Result<ToolReport> convert_cloud(const std::string& input, const What& what, con
     TRY(points.read_block(number, block));
     count += block.positions.size();
   }
+  if (count == 0) return named(fail(Code::BadInput, "no finite point to convert; nothing was written"), opened);
   TRY_ASSIGN(auto sink, store::create_file(output));
   std::vector<std::string> comments{"scanmill convert: global frame, mm"};
   for (const OpenView& view : points.views())
@@ -213,7 +238,7 @@ Result<ToolReport> convert_cloud(const std::string& input, const What& what, con
   for (const ViewCounts& counts : points.counts()) dropped += counts.not_finite + counts.sensor_invalid;
   report.values.set("not_finite_dropped", dropped);
   report.values.set("views", static_cast<std::uint64_t>(points.views().size()));
-  if (!opened.input.scan.notes.empty()) report.values.set("notes", texts(opened.input.scan.notes));
+  add_notes(opened, report.values);
   return report;
 }
 

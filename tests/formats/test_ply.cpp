@@ -162,6 +162,18 @@ TEST(ReadPly, NamesThePlaceOfALie) {
   expect_failure(binary(lists, bytes_of<std::int32_t>(2000000000) + point(1, 2, 3)), "ends after 0");
 }
 
+// A count below what the file holds would lose points unseen.
+TEST(ReadPly, RefusesRowsBehindTheDeclaredOnes) {
+  const std::string element = "element vertex 1\n" + kXyz;
+  expect_failure(ascii(element, "1 2 3\n4 5 6\n"), "a.ply:9: the file goes on for 6 bytes behind the 1 rows");
+  expect_failure(binary(element, point(1, 2, 3) + point(4, 5, 6)), "goes on for 12 bytes behind the 1 rows");
+  for (const std::string& harmless : {ascii(element, "1 2 3\n\n  \n"), binary(element, point(1, 2, 3) + "\n")}) {
+    const auto whole = read_whole("a.ply", harmless);
+    ASSERT_TRUE(whole.ok()) << whole.error().text();
+    EXPECT_EQ(whole->positions.size(), 1u);
+  }
+}
+
 TEST(ReadPly, NotesWhatItSkipped) {
   const auto rest = read_whole("a.ply", binary("element vertex 1\n" + kXyz + "extra line\n", point(1, 2, 3) + "rest"));
   ASSERT_TRUE(rest.ok()) << rest.error().text();
