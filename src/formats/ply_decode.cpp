@@ -5,15 +5,16 @@
 
 #include <cstring>
 
+#include "base/wide.hpp"
+
 namespace scanmill::formats {
 namespace {
 
+static_assert(sizeof(Vec3) == 3 * sizeof(double));
+
 /// Most clouds: nothing but float x, y, z in the machine's byte order.
-bool decode_packed_floats(const char* bytes, std::size_t rows, Vec3* positions) {
-  static_assert(sizeof(Vec3) == 3 * sizeof(double));
+SCANMILL_WIDE bool decode_packed_floats(const char* bytes, std::size_t count, double* out) {
   constexpr std::uint32_t kExponent = 0x7f800000u;
-  double* out = &positions[0].x;
-  const std::size_t count = rows * 3;
   std::uint32_t bad = 0;
   for (std::size_t i = 0; i < count; ++i) {
     std::uint32_t word;
@@ -64,7 +65,7 @@ bool decode_positions(const char* bytes, std::uint64_t stride, const Coordinate 
   const bool same = xyz[0].type == xyz[1].type && xyz[1].type == xyz[2].type;
   if (!swap && same && xyz[0].type == PlyType::Float32) {
     if (stride == 12 && xyz[0].offset == 0 && xyz[1].offset == 4 && xyz[2].offset == 8)
-      return decode_packed_floats(bytes, rows, positions);
+      return decode_packed_floats(bytes, rows * 3, &positions[0].x);
     return decode_native<float>(bytes, stride, xyz, rows, positions);
   }
   if (!swap && same && xyz[0].type == PlyType::Float64)

@@ -6,7 +6,7 @@
 namespace scanmill::formats {
 namespace {
 
-constexpr std::uint64_t kRunRows = 65536;
+constexpr std::uint64_t kRunRows = 16384;
 constexpr std::uint64_t kRunBytes = 4 << 20;  // of rows without a fixed size
 
 bool is_blank(std::string_view line) { return line.find_first_not_of(" \t\r") == std::string_view::npos; }

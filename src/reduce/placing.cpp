@@ -3,6 +3,9 @@
 
 #include <emmintrin.h>
 
+#include <bit>
+#include <cstring>
+
 #include "base/wide.hpp"
 
 namespace scanmill::reduce {
@@ -10,11 +13,23 @@ namespace {
 
 static_assert(sizeof(Vec3) == 3 * sizeof(double) && sizeof(LocalBin) == 3 * sizeof(std::int32_t));
 
-/// Two points are three pairs of coordinates: xy zx yz.
-struct Pairs {
-  __m128d pair[3];
-  explicit Pairs(Vec3 v) : pair{_mm_set_pd(v.y, v.x), _mm_set_pd(v.x, v.z), _mm_set_pd(v.z, v.y)} {}
-};
+/// Points whose coordinates fill whole registers of every width: lanes are x y z x y z ...
+constexpr std::size_t kAtOnce = 8, kLanes = 3 * kAtOnce;
+
+SCANMILL_WIDE void extremes(const double* p, std::size_t rounds, double* low, double* high) {
+  double least[kLanes], greatest[kLanes];
+  for (std::size_t lane = 0; lane < kLanes; ++lane) least[lane] = greatest[lane] = rounds > 0 ? p[lane] : 0;
+  for (std::size_t round = 1; round < rounds; ++round)
+    for (std::size_t lane = 0; lane < kLanes; ++lane) {
+      const double v = p[round * kLanes + lane];
+      least[lane] = v < least[lane] ? v : least[lane];
+      greatest[lane] = v > greatest[lane] ? v : greatest[lane];
+    }
+  for (std::size_t lane = 0; lane < kLanes; ++lane) {
+    low[lane] = least[lane];
+    high[lane] = greatest[lane];
+  }
+}
 
 /// Floor for |u| < 2^51: rounded by the sum with 1.5 2^52, then corrected.
 [[gnu::always_inline]] inline double floor_of(double u) {
@@ -22,8 +37,8 @@ struct Pairs {
   return near > u ? near - 1 : near;
 }
 
-/// One coordinate of all points; p has x, y, z in turn. Where a point lies in its bin comes from the bin's number on the
-/// whole lattice, not from the local one: it must not depend on the base.
+/// One coordinate of all points; p has x, y, z in turn. Where a point lies in its bin comes from the bin's number on
+/// the whole lattice, not from the local one: it must not depend on the base.
 [[gnu::always_inline]] inline void place_axis(const double* p, double origin, double edge, double from,
                                               std::size_t count, std::int32_t* bin, double* inside,
                                               std::int32_t* step) {
@@ -35,6 +50,14 @@ struct Pairs {
     inside[n] = within;
     step[n] = static_cast<std::int32_t>(floor_of(within * 1024 + 0.5));
   }
+}
+
+/// starts[n]: point n does not lie in the bin of point n - 1.
+[[gnu::always_inline]] inline void mark_starts(std::size_t count, Placed& placed) {
+  const std::int32_t *i = &placed.bin[0][0], *j = &placed.bin[1][0], *k = &placed.bin[2][0];
+  std::uint8_t* starts = &placed.starts[0];
+  starts[0] = 1;
+  for (std::size_t n = 1; n < count; ++n) starts[n] = ((i[n] ^ i[n - 1]) | (j[n] ^ j[n - 1]) | (k[n] ^ k[n - 1])) != 0;
 }
 
 [[gnu::always_inline]] inline void place_points(const double* p, const double* origin, const double* from, double edge,
@@ -50,6 +73,7 @@ struct Pairs {
     steps[2 * n] = (static_cast<std::uint32_t>(a[n]) & 0xffffu) | (static_cast<std::uint32_t>(b[n]) << 16);
     steps[2 * n + 1] = (static_cast<std::uint32_t>(c[n]) & 0xffffu) | 0x10000u;
   }
+  mark_starts(count, placed);
 }
 
 SCANMILL_WIDE void place_wide(const double* p, const double* origin, const double* from, double edge, std::size_t count,
@@ -62,14 +86,18 @@ void place_narrow(const double* p, const double* origin, const double* from, dou
   place_points(p, origin, from, edge, count, placed);
 }
 
+/// Eight marks at a time: only the starts cost something.
 void cut_into_runs(std::size_t count, Placed& placed) {
-  const std::int32_t *i = placed.bin[0].data(), *j = placed.bin[1].data(), *k = placed.bin[2].data();
   std::size_t runs = 0;
-  for (std::size_t n = 0; n < count; ++n) {
-    placed.first[runs] = static_cast<std::uint32_t>(n);
-    placed.bins[runs] = {i[n], j[n], k[n]};
-    const bool starts = n == 0 || ((i[n] ^ i[n - 1]) | (j[n] ^ j[n - 1]) | (k[n] ^ k[n - 1])) != 0;
-    runs += starts ? 1 : 0;  // no branch: where runs end is anybody's guess
+  for (std::size_t n = count; n % 8 != 0; ++n) placed.starts[n] = 0;
+  for (std::size_t n = 0; n < count; n += 8) {
+    std::uint64_t marks;
+    std::memcpy(&marks, &placed.starts[n], sizeof marks);
+    for (; marks != 0; marks &= marks - 1) {
+      const std::size_t at = n + static_cast<std::size_t>(std::countr_zero(marks)) / 8;
+      placed.first[runs] = static_cast<std::uint32_t>(at);
+      placed.bins[runs++] = {placed.bin[0][at], placed.bin[1][at], placed.bin[2][at]};
+    }
   }
   placed.first[runs] = static_cast<std::uint32_t>(count);
   placed.runs = runs;
@@ -88,21 +116,15 @@ void place_with(Body body, const Lattice& lattice, const BinKey& base, std::span
 Bounds box_of(std::span<const Vec3> points) {
   Bounds box;
   if (points.empty()) return box;
-  Pairs low(points[0]), high(points[0]);
-  const std::size_t even = points.size() & ~std::size_t{1};
-  for (std::size_t i = 0; i < even; i += 2)
-    for (int k = 0; k < 3; ++k) {
-      const __m128d v = _mm_loadu_pd(&points[i].x + 2 * k);
-      low.pair[k] = _mm_min_pd(low.pair[k], v);
-      high.pair[k] = _mm_max_pd(high.pair[k], v);
+  double low[kLanes], high[kLanes];
+  const std::size_t rounds = points.size() / kAtOnce;
+  extremes(&points[0].x, rounds, low, high);
+  if (rounds > 0)
+    for (std::size_t lane = 0; lane < kLanes; lane += 3) {
+      box.add(Vec3{low[lane], low[lane + 1], low[lane + 2]});
+      box.add(Vec3{high[lane], high[lane + 1], high[lane + 2]});
     }
-  for (const Pairs* side : {&low, &high}) {
-    alignas(16) double lane[6];
-    for (int k = 0; k < 3; ++k) _mm_store_pd(lane + 2 * k, side->pair[k]);
-    box.add(Vec3{lane[0], lane[1], lane[2]});
-    box.add(Vec3{lane[3], lane[4], lane[5]});
-  }
-  box.add(points.back());
+  for (std::size_t n = rounds * kAtOnce; n < points.size(); ++n) box.add(points[n]);
   return box;
 }
 

@@ -28,6 +28,7 @@ struct Placed {
   // Between the loops.
   alignas(64) std::array<double, kTile> inside[3];  // in bin edges about the bin's centre, [-1/2, 1/2)
   alignas(64) std::array<std::int32_t, kTile> bin[3], step[3];
+  alignas(64) std::array<std::uint8_t, kTile> starts;
 };
 
 /// Fills everything but `slots`. `steps` are floor(inside 1024 + 1/2). Every value is the one the plain formulas give,
