@@ -123,9 +123,9 @@ class StarBuilder {
   const std::vector<double>& weights_;  // per row
   BinIndex::Reader reader_;
   double range2_, radius2_;
-  Near near_;
-  Seen seen_;
-  Tangent tangent_;
+  Near near_{};
+  Seen seen_{};
+  Tangent tangent_{};
   std::vector<std::int32_t> around_;
 };
 

@@ -25,6 +25,7 @@ Result<Surface> mesh_points(const SurfacePoints& points, const Params& params, c
   }
   if (context.cancel.is_set()) return fail(Code::Cancelled, "stopped on request");
   Site site(points, params, std::move(vote.normal));
+  site.complex.reserve(vote.confirmed.size() + vote.confirmed.size() / 16);
   for (const Triangle& t : vote.confirmed) {
     if (site.complex.edges_free(t))
       site.complex.add(t, 3);

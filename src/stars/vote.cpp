@@ -73,9 +73,12 @@ void scan_stars(const SurfacePoints& points, const std::vector<Star>& stars, dou
       if (star.gap(k)) continue;
       const std::uint32_t a = star.vertex[static_cast<std::size_t>(k)];
       const std::uint32_t b = star.vertex[static_cast<std::size_t>(k + 1 < star.size ? k + 1 : 0)];
-      const int in_a = stars[a].direction(b, i), in_b = stars[b].direction(i, a);
-      // Each triangle is looked at once: by the least of the corners that hold it.
-      if ((in_a != 0 && a < i) || (in_b != 0 && b < i)) continue;
+      // Each triangle is looked at once: by the least of the corners that hold it; so lesser ones are asked first.
+      const int in_lesser = a < b ? stars[a].direction(b, i) : stars[b].direction(i, a);
+      if (in_lesser != 0 && std::min(a, b) < i) continue;
+      const int in_greater = a < b ? stars[b].direction(i, a) : stars[a].direction(b, i);
+      if (in_greater != 0 && std::max(a, b) < i) continue;
+      const int in_a = a < b ? in_lesser : in_greater, in_b = a < b ? in_greater : in_lesser;
       auto radius = [&] { return circumradius(points.projected[i], points.projected[a], points.projected[b]); };
       if (in_a == 0 || in_b == 0) {
         piece.candidates.push_back({{i, a, b}, 1 + (in_a != 0) + (in_b != 0), radius()});
