@@ -9,6 +9,7 @@
 #include <numeric>
 
 #include "base/text.hpp"
+#include "grow/runs.hpp"
 
 namespace scanmill::grow {
 namespace {
@@ -16,8 +17,8 @@ namespace {
 constexpr double kFarthestSeed = 10;  // bins
 constexpr float kLeastPeak = 0.005f;  // variation below which a place is flat
 constexpr double kLeastInner = 0.2;   // share of triangles away from closed edges; a face of 3 x 3 bins has a third
-constexpr int kInnerRings = 4;      // about three bins into the patch
-constexpr int kTrimmedLayers = 3;   // a rounded edge is no wider
+constexpr int kInnerRings = 4;        // about three bins into the patch
+constexpr int kTrimmedLayers = 3;     // a rounded edge is no wider
 constexpr int kSettleRounds = 3;
 constexpr std::uint32_t kFree = kNoTriangle;
 
@@ -53,6 +54,22 @@ class Grower {
 
  private:
   std::size_t faces() const { return in_.triangles.size(); }
+
+  /// Where the triangles of each group begin when they are listed group by group; those of group kFree are left out.
+  static std::vector<std::uint32_t> firsts(const std::vector<std::uint32_t>& group, std::uint32_t groups) {
+    std::vector<std::uint32_t> first(std::size_t{groups} + 1, 0);
+    for (const std::uint32_t g : group)
+      if (g != kFree) ++first[g + 1];
+    std::partial_sum(first.begin(), first.end(), first.begin());
+    return first;
+  }
+  static std::vector<std::uint32_t> grouped(const std::vector<std::uint32_t>& group,
+                                            const std::vector<std::uint32_t>& first) {
+    std::vector<std::uint32_t> list(first.back()), next(first.begin(), first.end() - 1);
+    for (std::uint32_t t = 0; t < group.size(); ++t)
+      if (group[t] != kFree) list[next[group[t]]++] = t;
+    return list;
+  }
 
   void measure() {
     across_ = edge_neighbours(in_.positions.size(), in_.triangles);
@@ -96,8 +113,8 @@ class Grower {
     return unit(sum);
   }
 
-  /// Per vertex: the normals of its fan lie so close together that no edge at it can be refused (each pair's product is at
-  /// least g3, so that of one with a mean of others is too). Decides speed, never the outcome.
+  /// Per vertex: the normals of its fan lie so close together that no edge at it can be refused (each pair's product is
+  /// at least g3, so that of one with a mean of others is too). Decides speed, never the outcome.
   std::vector<std::uint8_t> flat_vertices() const {
     const double pair = std::max(in_.min_normal_dot, 0.0), cone = std::sqrt((1 + pair) / 2) + 1e-9;
     std::vector<std::uint8_t> flat(in_.positions.size());
@@ -159,18 +176,13 @@ class Grower {
   }
 
   Result<void> place_given() {
+    if (params_.points.empty()) return {};
+    const Runs runs(centroid_);
     for (std::size_t s = 0; s < params_.points.size(); ++s) {
       const Vec3 at = params_.points[s] - in_.offset;
-      double best = 1e300;
-      std::uint32_t nearest = kFree;
-      for (std::uint32_t t = 0; t < faces(); ++t) {
-        const double d = norm2(centroid_[t] - at);
-        if (d < best) {
-          best = d;
-          nearest = t;
-        }
-      }
-      if (nearest == kFree || std::sqrt(best) > kFarthestSeed * in_.edge_mm)
+      const std::uint32_t nearest = nearest_point(runs, centroid_, at);
+      const double best = nearest == kNoPoint ? 1e300 : norm2(centroid_[nearest] - at);
+      if (nearest == kNoPoint || std::sqrt(best) > kFarthestSeed * in_.edge_mm)
         return fail(Code::BadParameter,
                     "seed " + std::to_string(s + 1) + " lies " + number_text(std::floor(std::sqrt(best) * 100) / 100) +
                         " mm from the nearest triangle (allowed 10 bins, " + number_text(kFarthestSeed * in_.edge_mm) +
@@ -196,16 +208,17 @@ class Grower {
     std::vector<std::uint32_t> peaks;
     for (std::uint32_t v = 0; v < in_.positions.size(); ++v)
       if (is_peak[v] && triangle_at[v] != kFree && in_.variation[v] > kLeastPeak) peaks.push_back(v);
-    std::sort(peaks.begin(), peaks.end(), [&](std::uint32_t a, std::uint32_t b) {
-      return in_.variation[a] != in_.variation[b] ? in_.variation[a] > in_.variation[b] : a < b;
+    std::vector<Vec3> at;
+    for (const std::uint32_t v : peaks) at.push_back(in_.positions[v]);
+    std::vector<std::uint32_t> order(peaks.size());
+    std::iota(order.begin(), order.end(), 0u);
+    std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
+      const float x = in_.variation[peaks[a]], y = in_.variation[peaks[b]];
+      return x != y ? x > y : a < b;
     });
     const double spacing2 = params_.spacing_bins * in_.edge_mm * params_.spacing_bins * in_.edge_mm;
-    for (const std::uint32_t v : peaks) {
-      const Vec3 at = in_.positions[v];
-      const bool apart =
-          std::none_of(seeds_.begin(), seeds_.end(), [&](const Seed& s) { return norm2(s.at - at) < spacing2; });
-      if (apart) seeds_.push_back({at, triangle_at[v], SeedOrigin::Automatic});
-    }
+    for (const std::uint32_t k : spaced_apart(at, order, spacing2))
+      seeds_.push_back({at[k], triangle_at[peaks[k]], SeedOrigin::Automatic});
   }
 
   /// Each triangle of a component with seeds goes to the nearest of that component's seeds.
@@ -213,15 +226,17 @@ class Grower {
     label_.assign(faces(), kFree);
     std::vector<std::vector<std::uint32_t>> of(components_);
     for (std::uint32_t s = 0; s < seeds_.size(); ++s) of[component_[seeds_[s].triangle]].push_back(s);
-    for (std::uint32_t t = 0; t < faces(); ++t) {
-      double best = 1e300;
-      for (const std::uint32_t s : of[component_[t]]) {
-        const double d = norm2(centroid_[t] - seeds_[s].at);
-        if (d < best) {
-          best = d;
-          label_[t] = s;
-        }
-      }
+    const std::vector<std::uint32_t> first = firsts(component_, components_), list = grouped(component_, first);
+    std::vector<Vec3> points, sites;
+    for (std::uint32_t c = 0; c < components_; ++c) {
+      if (of[c].empty()) continue;
+      const std::span<const std::uint32_t> own(list.data() + first[c], first[c + 1] - first[c]);
+      points.clear();
+      for (const std::uint32_t t : own) points.push_back(centroid_[t]);
+      sites.clear();
+      for (const std::uint32_t s : of[c]) sites.push_back(seeds_[s].at);
+      const std::vector<std::uint32_t> nearest = nearest_sites(points, sites);
+      for (std::size_t k = 0; k < own.size(); ++k) label_[own[k]] = of[c][nearest[k]];
     }
   }
 
@@ -250,8 +265,8 @@ class Grower {
     label_.swap(reached);
   }
 
-  /// The normal of a patch a few triangles in from t, whose own neighbours may already lie on a rounded edge: mean over the
-  /// rings of the label around t, the inner rings counting more.
+  /// The normal of a patch a few triangles in from t, whose own neighbours may already lie on a rounded edge: mean over
+  /// the rings of the label around t, the inner rings counting more.
   Vec3 inner_normal(std::uint32_t t, std::uint32_t label) {
     stamp_.resize(faces(), 0);
     const std::uint32_t stamp = ++last_stamp_;
@@ -273,8 +288,9 @@ class Grower {
     return norm2(sum) > 0 ? unit(sum) : normal_[t];
   }
 
-  /// A patch gives back what has crept onto a rounded edge: triangles at closed edges that do not agree with the patch's
-  /// inner normal. Layer by layer, so that a chamfer of a few triangles goes and a curved face loses at most its rim.
+  /// A patch gives back what has crept onto a rounded edge: triangles at closed edges that do not agree with the
+  /// patch's inner normal. Layer by layer, so that a chamfer of a few triangles goes and a curved face loses at most
+  /// its rim.
   void trim_creases() {
     trimmed_.assign(faces(), 0);
     if (in_.min_normal_dot <= 0) return;
@@ -439,18 +455,23 @@ class Grower {
   }
 
   void rank() {
-    std::vector<double> distance(faces(), 0);
-    std::vector<std::uint32_t> order(faces());
-    std::iota(order.begin(), order.end(), 0u);
-    for (std::size_t t = 0; t < faces(); ++t)
-      if (label_[t] != kFree) distance[t] = norm2(centroid_[t] - seeds_[label_[t]].at);
-    std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
-      return distance[a] != distance[b] ? distance[a] < distance[b] : a < b;
-    });
+    struct Place {
+      double distance;
+      std::uint32_t triangle;
+    };
+    const std::vector<std::uint32_t> first = firsts(label_, static_cast<std::uint32_t>(seeds_.size())),
+                                     list = grouped(label_, first);
     out_.rank.assign(faces(), 0);
-    std::vector<std::uint32_t> next(seeds_.size(), 0);
-    for (const std::uint32_t t : order)
-      if (label_[t] != kFree) out_.rank[t] = next[label_[t]]++;
+    std::vector<Place> places;
+    for (std::size_t s = 0; s < seeds_.size(); ++s) {
+      places.clear();
+      for (std::uint32_t k = first[s]; k < first[s + 1]; ++k)
+        places.push_back({norm2(centroid_[list[k]] - seeds_[s].at), list[k]});
+      std::sort(places.begin(), places.end(), [](const Place& a, const Place& b) {
+        return a.distance != b.distance ? a.distance < b.distance : a.triangle < b.triangle;
+      });
+      for (std::uint32_t k = 0; k < places.size(); ++k) out_.rank[places[k].triangle] = k;
+    }
   }
 
   const Input& in_;

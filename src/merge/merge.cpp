@@ -2,6 +2,7 @@
 #include "merge/merge.hpp"
 
 #include <algorithm>
+#include <numeric>
 
 #include "mesh/groups.hpp"
 
@@ -34,6 +35,27 @@ std::vector<std::uint32_t> label_rows(const Input& in, std::uint32_t& count) {
     label[v] = number[r];
   }
   return label;
+}
+
+struct Face {
+  Triangle corners;
+  std::uint32_t patch;
+};
+
+/// Ascending; by first corner into place, a handful each, and nearly always in order already.
+void sort_faces(std::vector<Face>& faces, std::size_t vertices) {
+  std::vector<std::uint32_t> next(vertices + 1, 0);
+  for (const Face& face : faces) ++next[face.corners[0] + 1];
+  std::partial_sum(next.begin(), next.end(), next.begin());
+  std::vector<Face> sorted(faces.size());
+  for (const Face& face : faces) {
+    const std::uint32_t v = face.corners[0];
+    std::uint32_t at = next[v]++;
+    for (; at > 0 && sorted[at - 1].corners[0] == v && face.corners < sorted[at - 1].corners; --at)
+      sorted[at] = sorted[at - 1];
+    sorted[at] = face;
+  }
+  faces.swap(sorted);
 }
 
 }  // namespace
@@ -87,11 +109,8 @@ Merged merge_components(const Input& in, const Params& params) {
     out.vertex_row.push_back(row);
     out.mesh.positions.push_back(in.positions[row]);
   }
-  struct Face {
-    Triangle corners;
-    std::uint32_t patch;
-  };
   std::vector<Face> faces;
+  faces.reserve(in.triangles.size());
   for (std::size_t f = 0; f < in.triangles.size(); ++f) {
     const Triangle& t = in.triangles[f];
     const std::uint32_t c = label[t[0]];
@@ -101,7 +120,7 @@ Merged merge_components(const Input& in, const Params& params) {
     std::rotate(own.begin(), std::min_element(own.begin(), own.end()), own.end());
     faces.push_back({own, in.patch.empty() ? kNoTriangle : in.patch[f]});
   }
-  std::sort(faces.begin(), faces.end(), [](const Face& a, const Face& b) { return a.corners < b.corners; });
+  sort_faces(faces, out.mesh.positions.size());
   out.mesh.triangles.reserve(faces.size());
   for (const Face& face : faces) {
     out.mesh.triangles.push_back(face.corners);

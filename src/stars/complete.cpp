@@ -8,6 +8,8 @@
 #include <map>
 #include <numeric>
 
+#include "stars/crossings.hpp"
+
 namespace scanmill::stars {
 namespace {
 
@@ -16,20 +18,15 @@ constexpr int kRounds = 10;
 constexpr double kFold = -0.5;
 
 /// Removes one triangle of each crossing pair: fewer votes goes, then the larger circumradius, then the later one.
-std::size_t cut_crossings(Site& site, Report& report) {
-  std::vector<std::uint32_t> worse, others;
+std::size_t cut_crossings(Site& site, Report& report, const Context& context) {
+  std::vector<std::uint32_t> worse;
   auto goes = [&](std::uint32_t x, std::uint32_t y) {
     if (site.complex.votes(x) != site.complex.votes(y)) return site.complex.votes(x) < site.complex.votes(y);
     const Corners p = site.corners(site.complex.triangle(x)), q = site.corners(site.complex.triangle(y));
     const double rx = circumradius(p.at[0], p.at[1], p.at[2]), ry = circumradius(q.at[0], q.at[1], q.at[2]);
     return rx != ry ? rx > ry : p.id > q.id;
   };
-  for (std::uint32_t t = 0; t < site.complex.triangle_count(); ++t) {
-    if (!site.complex.alive(t)) continue;
-    others.clear();
-    site.crossings_after(t, others);
-    for (const std::uint32_t k : others) worse.push_back(goes(t, k) ? t : k);
-  }
+  for (const auto& [s, t] : crossing_pairs(site, context)) worse.push_back(goes(s, t) ? s : t);
   std::sort(worse.begin(), worse.end());
   worse.erase(std::unique(worse.begin(), worse.end()), worse.end());
   for (const std::uint32_t t : worse) site.complex.remove(t);
@@ -111,7 +108,7 @@ void complete(Site& site, const std::vector<Candidate>& candidates, Report& repo
   insert_candidates(site, candidates, report);
   fill_loops(site, open_vertices(site), report);
   report.peeled += peel(site, open_vertices(site));
-  cut_crossings(site, report);  // confirmed triangles were not tested against each other
+  cut_crossings(site, report, context);  // confirmed triangles were not tested against each other
   RepairHistory history(site);
   for (int round = 0; round < kRounds && !context.cancel.is_set(); ++round) {
     const std::int64_t before = site.complex.open_edges() + site.complex.unused();

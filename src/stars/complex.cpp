@@ -57,6 +57,12 @@ void Complex::unlink(std::uint32_t t) {
   count_edges(triangles_[t], -1);
 }
 
+void Complex::reserve(std::size_t triangles) {
+  triangles_.reserve(triangles);
+  alive_.reserve(triangles);
+  votes_.reserve(triangles);
+}
+
 std::uint32_t Complex::add(const Triangle& t, int votes) {
   Triangle canonical = t;
   std::rotate(canonical.begin(), std::min_element(canonical.begin(), canonical.end()), canonical.end());
@@ -117,24 +123,34 @@ std::vector<std::uint32_t> Complex::touched() const {
 bool Complex::single_fan(std::uint32_t v) const {
   const Fan& fan = fans_[v];
   if (fan.size() < 2) return true;
-  std::uint32_t first, at, met = 1;
-  after(*fan.begin(), v, first, at);
+  constexpr std::size_t kMost = 64;
+  if (fan.size() > kMost) {
+    std::vector<std::vector<std::uint32_t>> groups;
+    split_fans(v, groups);
+    return groups.size() == 1;
+  }
+  std::uint32_t from[kMost], to[kMost];
+  std::size_t count = 0;
+  for (const std::uint32_t t : fan) {
+    after(t, v, from[count], to[count]);
+    ++count;
+  }
   // Forward from the first triangle's far side until the fan closes or ends, then backward from its near side.
-  auto walk = [&](std::uint32_t from, bool forward) {
-    for (;;) {
-      const std::uint32_t t = forward ? half(v, from) : half(from, v);
-      if (t == kNone) return false;
-      std::uint32_t a, b;
-      after(t, v, a, b);
-      from = forward ? b : a;
+  std::size_t met = 1;
+  auto walk = [&](const std::uint32_t* near, const std::uint32_t* far, std::uint32_t at, std::uint32_t until) {
+    while (met <= count) {
+      std::size_t k = 0;
+      while (k < count && near[k] != at) ++k;
+      if (k == count) return false;
+      at = far[k];
       ++met;
-      if (forward && from == first) return true;
-      if (met > fan.size()) return true;
+      if (at == until) return true;
     }
+    return true;
   };
-  if (at == first) return false;
-  if (!walk(at, true)) walk(first, false);
-  return met == fan.size();
+  if (to[0] == from[0]) return false;
+  if (!walk(from, to, to[0], from[0])) walk(to, from, from[0], kNone);
+  return met == count;
 }
 
 void Complex::split_fans(std::uint32_t v, std::vector<std::vector<std::uint32_t>>& groups) const {

@@ -73,6 +73,8 @@ class Complex {
     return half(t[0], t[1]) == kNone && half(t[1], t[2]) == kNone && half(t[2], t[0]) == kNone;
   }
 
+  /// Room for so many triangles at once.
+  void reserve(std::size_t triangles);
   std::uint32_t add(const Triangle& t, int votes);
   void remove(std::uint32_t t);
   /// Makes a thinned-out vertex one to be used.
@@ -91,7 +93,7 @@ class Complex {
   /// Triangles added or removed since `begin`.
   std::vector<std::uint32_t> touched() const;
 
-  /// v's triangles form one fan; no memory is taken.
+  /// v's triangles form one fan.
   bool single_fan(std::uint32_t v) const;
   /// Fans of v as groups of triangles joined over edges at v, each ascending; the order of groups is by least triangle.
   void split_fans(std::uint32_t v, std::vector<std::vector<std::uint32_t>>& groups) const;

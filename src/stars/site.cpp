@@ -112,35 +112,19 @@ bool boxes_meet(const Corners& s, const Corners& t) {
 }
 }  // namespace
 
-template <class Body>
-void Site::visit_crossings(const Triangle& t, std::uint32_t from, Body body) const {
+std::uint32_t Site::crossing_of(const Triangle& t) const {
   rows_in_reach(t);
   seen_.resize(complex.triangle_count(), 0);
   ++query_;
   const Corners mine = corners(t);
   for (const std::int32_t row : rows_)
     for (const std::uint32_t k : complex.fan(static_cast<std::uint32_t>(row))) {
-      if (k < from || seen_[k] == query_) continue;
+      if (seen_[k] == query_) continue;
       seen_[k] = query_;
       const Corners other = corners(complex.triangle(k));
-      if (boxes_meet(mine, other) && triangles_cross(mine, other) && !body(k)) return;
+      if (boxes_meet(mine, other) && triangles_cross(mine, other)) return k;
     }
-}
-
-std::uint32_t Site::crossing_of(const Triangle& t) const {
-  std::uint32_t found = kNone;
-  visit_crossings(t, 0, [&](std::uint32_t k) {
-    found = k;
-    return false;
-  });
-  return found;
-}
-
-void Site::crossings_after(std::uint32_t number, std::vector<std::uint32_t>& out) const {
-  visit_crossings(complex.triangle(number), number + 1, [&](std::uint32_t k) {
-    out.push_back(k);
-    return true;
-  });
+  return kNone;
 }
 
 }  // namespace scanmill::stars

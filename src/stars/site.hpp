@@ -43,8 +43,6 @@ class Site {
   bool fold_free(const Triangle& t, double least) const;
   /// Some triangle in reach crosses t (exact); its number, or kNone.
   std::uint32_t crossing_of(const Triangle& t) const;
-  /// The same for a triangle of the complex against higher numbers only, every crossing; appended.
-  void crossings_after(std::uint32_t number, std::vector<std::uint32_t>& out) const;
 
   /// Pseudo-angle of a about v's normal, on projected positions; [0, 4).
   double angle_at(std::uint32_t v, std::uint32_t a) const;
@@ -62,9 +60,6 @@ class Site {
 
  private:
   void rows_in_reach(const Triangle& t) const;
-  /// body(number) for each triangle from number `from` on that crosses t, until it returns false.
-  template <class Body>
-  void visit_crossings(const Triangle& t, std::uint32_t from, Body body) const;
 
   double range2_, cos_min_angle_;
   double reach_;      // mm: every point of a triangle is this near to one of its corners

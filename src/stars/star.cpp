@@ -8,13 +8,12 @@
 #include <algorithm>
 
 #include "base/digest.hpp"
+#include "stars/tangent.hpp"
 
 namespace scanmill::stars {
 namespace {
 
 constexpr std::size_t kGrain = 1024;
-constexpr double kSheet = 0.8;          // greatest |offset from the tangent plane| / distance of a neighbour
-constexpr double kNormalDot = 0.3;      // least |n.n'| of a neighbour (n.n' where both signs are known: thin walls)
 constexpr double kCircumradius = 0.64;  // of g1: a wider empty circle is a gap (1.6 h at g1 2.5)
 constexpr double kWeight = 1e-3;        // of h^2: small against any real difference, large against rounding
 
@@ -26,35 +25,10 @@ double tie_weight(const SurfacePoints& points, std::size_t row) {
   return kWeight * static_cast<double>(key >> 40) * 0x1p-24;
 }
 
-/// Neighbours on the tangent plane; x, y in bin edges, power = squared distance less the difference of weights.
-struct Tangent {
-  static constexpr int kMax = 124;
-  double x[kMax], y[kMax], power[kMax];
-  std::uint32_t row[kMax];
-  int size = 0;
-
-  /// Next neighbour of the star after `a`, turning left (sign 1) or right (-1); -1 at a gap.
-  int next(int a, double sign, double radius2) const {
-    const double aa = x[a] * x[a] + y[a] * y[a], f = power[a] / (2 * aa);
-    double best = 1e300;
-    int found = -1;
-    for (int b = 0; b < size; ++b) {
-      const double turn = sign * (x[a] * y[b] - y[a] * x[b]);
-      if (turn <= 1e-9 * aa) continue;
-      const double t = (power[b] / 2 - f * (x[a] * x[b] + y[a] * y[b])) / turn;
-      if (t < best) {
-        best = t;
-        found = b;
-      }
-    }
-    return found >= 0 && (f * f + best * best) * aa > radius2 ? -1 : found;
-  }
-};
-
 class StarBuilder {
  public:
-  StarBuilder(const SurfacePoints& points, const Params& params)
-      : points_(points), reader_(*points.index), range2_(params.range_bins * params.range_bins) {
+  StarBuilder(const SurfacePoints& points, const std::vector<double>& weights, const Params& params)
+      : points_(points), weights_(weights), reader_(*points.index), range2_(params.range_bins * params.range_bins) {
     radius2_ = kCircumradius * kCircumradius * range2_;
   }
   std::uint64_t refused_range = 0;
@@ -78,34 +52,45 @@ class StarBuilder {
   }
 
  private:
-  void gather(std::size_t row) {
-    const Vec3 n = points_.normal[row], at = points_.projected[row], measured = points_.measured[row];
-    const Vec3 e1 = perpendicular(n), e2 = cross(n, e1);
-    const double scale = 1 / points_.edge_mm, own = tie_weight(points_, row);
-    const double limit2 = range2_ * points_.edge_mm * points_.edge_mm;
-    tangent_.size = 0;
+  /// Kept points of the window, unless they are the row itself.
+  void list_near(std::size_t row) {
     around_.clear();
     reader_.window(points_.bins[row], 2, around_);
-    for (const std::int32_t near : around_) {
-      const auto other = static_cast<std::size_t>(near);
-      if (other == row || !points_.kept[other]) continue;
-      const double agreement = dot(points_.normal[other], n);
-      const bool sure = points_.sign_known[other] && points_.sign_known[row];
-      if ((sure ? agreement : std::abs(agreement)) < kNormalDot) continue;
-      const Vec3 d = (points_.projected[other] - at) * scale;
-      const double d2 = norm2(d), along = dot(d, n);
-      if (d2 > range2_ || d2 <= 0 || along * along > kSheet * kSheet * d2) continue;
-      if (norm2(points_.measured[other] - measured) > limit2) {
-        ++refused_range;
-        continue;
-      }
-      const double x = dot(d, e1), y = dot(d, e2), stretch = std::sqrt(d2 / (x * x + y * y));
-      const int k = tangent_.size++;
-      tangent_.x[k] = x * stretch;
-      tangent_.y[k] = y * stretch;
-      tangent_.power[k] = d2 + own - tie_weight(points_, other);
-      tangent_.row[k] = static_cast<std::uint32_t>(other);
+    const bool own_sure = points_.sign_known[row] != 0;
+    int n = 0;
+    for (const std::int32_t other : around_) {  // no branch: which points are kept is anybody's guess
+      near_.row[n] = static_cast<std::uint32_t>(other);
+      n += static_cast<int>(points_.kept[static_cast<std::size_t>(other)] != 0) &
+           static_cast<int>(static_cast<std::size_t>(other) != row);
     }
+    for (int k = 0; k < n; ++k) {
+      const std::uint32_t other = near_.row[k];
+      const Vec3 &p = points_.projected[other], &normal = points_.normal[other];
+      near_.x[k] = p.x, near_.y[k] = p.y, near_.z[k] = p.z;
+      near_.nx[k] = normal.x, near_.ny[k] = normal.y, near_.nz[k] = normal.z;
+      near_.sure[k] = own_sure && points_.sign_known[other] ? 1 : 0;
+      near_.weight[k] = weights_[other];
+    }
+    near_.size = n;
+  }
+
+  void gather(std::size_t row) {
+    list_near(row);
+    const Vec3 n = points_.normal[row], measured = points_.measured[row], e1 = perpendicular(n);
+    look(near_, {points_.projected[row], n, e1, cross(n, e1), 1 / points_.edge_mm, range2_, weights_[row]}, seen_);
+    const double limit2 = range2_ * points_.edge_mm * points_.edge_mm;
+    tangent_.size = 0;
+    for (int k = 0; k < near_.size; ++k) {
+      const bool belongs = seen_.belongs[k] > 0, far = norm2(points_.measured[near_.row[k]] - measured) > limit2;
+      const int at = tangent_.size;
+      tangent_.x[at] = seen_.x[k];
+      tangent_.y[at] = seen_.y[k];
+      tangent_.power[at] = seen_.power[k];
+      tangent_.row[at] = near_.row[k];
+      tangent_.size += static_cast<int>(belongs) & static_cast<int>(!far);
+      refused_range += static_cast<unsigned>(belongs) & static_cast<unsigned>(far);
+    }
+    tangent_.pad();
   }
 
   void walk(Star& star) {
@@ -113,7 +98,7 @@ class StarBuilder {
     for (int k = 1; k < tangent_.size; ++k)
       if (tangent_.power[k] < tangent_.power[start]) start = k;
     int left[Star::kMax], right[Star::kMax], lefts = 0, rights = 0;
-    bool met[Tangent::kMax] = {}, closed = false;
+    bool met[kMostNear] = {}, closed = false;
     left[lefts++] = start;
     met[start] = true;
     for (int at = start; lefts < Star::kMax;) {
@@ -135,9 +120,12 @@ class StarBuilder {
   }
 
   const SurfacePoints& points_;
+  const std::vector<double>& weights_;  // per row
   BinIndex::Reader reader_;
   double range2_, radius2_;
-  Tangent tangent_;
+  Near near_{};
+  Seen seen_{};
+  Tangent tangent_{};
   std::vector<std::int32_t> around_;
 };
 
@@ -148,8 +136,12 @@ std::vector<Star> stars_of(const SurfacePoints& points, const Params& params, Re
   const std::size_t n = points.bins.size();
   std::vector<Star> stars(n);
   std::vector<std::uint64_t> refused_by_piece((n + kGrain - 1) / kGrain, 0);
+  std::vector<double> weights(n);
+  for_each_range(context, n, kGrain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t row = begin; row < end; ++row) weights[row] = tie_weight(points, row);
+  });
   for_each_piece(context, n, kGrain, [&](std::size_t begin, std::size_t end, std::size_t piece, int) {
-    StarBuilder builder(points, params);
+    StarBuilder builder(points, weights, params);
     for (std::size_t row = begin; row < end; ++row)
       if (points.kept[row]) builder.build(row, stars[row]);
     refused_by_piece[piece] = builder.refused_range;

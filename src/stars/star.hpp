@@ -2,6 +2,7 @@
 // The local Delaunay star of a point in its tangent plane. Internal to `stars`.
 #pragma once
 #include <array>
+#include <bit>
 #include <vector>
 
 #include "stars/stars.hpp"
@@ -12,20 +13,20 @@ namespace scanmill::stars {
 /// vertex[k + 1].
 struct Star {
   static constexpr int kMax = 16;
-  std::array<std::uint32_t, kMax> vertex;
+  std::array<std::uint32_t, kMax> vertex{};
   std::uint32_t gaps = 0;  // bit k
   std::uint8_t size = 0;
 
   bool gap(int k) const { return (gaps >> k) & 1; }
   /// +1: the star holds triangle (centre, a, b) in this sense; -1: (centre, b, a); 0: neither.
   int direction(std::uint32_t a, std::uint32_t b) const {
-    for (int k = 0; k < size; ++k) {
-      if (vertex[static_cast<std::size_t>(k)] != a) continue;
-      const int next = k + 1 < size ? k + 1 : 0, last = k > 0 ? k - 1 : size - 1;
-      if (vertex[static_cast<std::size_t>(next)] == b && !gap(k)) return 1;
-      if (vertex[static_cast<std::size_t>(last)] == b && !gap(last)) return -1;
-      return 0;
-    }
+    unsigned found = 0;  // no branch in the search: the place is anybody's guess
+    for (unsigned k = 0; k < kMax; ++k) found |= static_cast<unsigned>(vertex[k] == a) << k;
+    found &= (1u << size) - 1;
+    if (found == 0) return 0;
+    const int k = std::countr_zero(found), next = k + 1 < size ? k + 1 : 0, last = k > 0 ? k - 1 : size - 1;
+    if (vertex[static_cast<std::size_t>(next)] == b && !gap(k)) return 1;
+    if (vertex[static_cast<std::size_t>(last)] == b && !gap(last)) return -1;
     return 0;
   }
 };

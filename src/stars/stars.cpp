@@ -25,6 +25,7 @@ Result<Surface> mesh_points(const SurfacePoints& points, const Params& params, c
   }
   if (context.cancel.is_set()) return fail(Code::Cancelled, "stopped on request");
   Site site(points, params, std::move(vote.normal));
+  site.complex.reserve(vote.confirmed.size() + vote.confirmed.size() / 16);
   for (const Triangle& t : vote.confirmed) {
     if (site.complex.edges_free(t))
       site.complex.add(t, 3);
@@ -37,9 +38,13 @@ Result<Surface> mesh_points(const SurfacePoints& points, const Params& params, c
   if (context.cancel.is_set()) return fail(Code::Cancelled, "stopped on request");
   report.open_edges = static_cast<std::uint64_t>(site.complex.open_edges());
   report.unused_points = static_cast<std::uint64_t>(site.complex.unused());
+  surface.triangles.reserve(site.complex.triangle_count());
   for (std::uint32_t t = 0; t < site.complex.triangle_count(); ++t)
     if (site.complex.alive(t)) surface.triangles.push_back(site.complex.triangle(t));
-  std::sort(surface.triangles.begin(), surface.triangles.end());
+  // Confirmed ones were added in order, and most triangles are.
+  const auto rest = std::is_sorted_until(surface.triangles.begin(), surface.triangles.end());
+  std::sort(rest, surface.triangles.end());
+  std::inplace_merge(surface.triangles.begin(), rest, surface.triangles.end());
   surface.normal = std::move(site.normal);
   surface.sign_known = std::move(vote.sign_known);
   return surface;

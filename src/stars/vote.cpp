@@ -73,17 +73,20 @@ void scan_stars(const SurfacePoints& points, const std::vector<Star>& stars, dou
       if (star.gap(k)) continue;
       const std::uint32_t a = star.vertex[static_cast<std::size_t>(k)];
       const std::uint32_t b = star.vertex[static_cast<std::size_t>(k + 1 < star.size ? k + 1 : 0)];
-      const int in_a = stars[a].direction(b, i), in_b = stars[b].direction(i, a);
-      // Each triangle is looked at once: by the least of the corners that hold it.
-      if ((in_a != 0 && a < i) || (in_b != 0 && b < i)) continue;
-      const double radius = circumradius(points.projected[i], points.projected[a], points.projected[b]);
+      // Each triangle is looked at once: by the least of the corners that hold it; so lesser ones are asked first.
+      const int in_lesser = a < b ? stars[a].direction(b, i) : stars[b].direction(i, a);
+      if (in_lesser != 0 && std::min(a, b) < i) continue;
+      const int in_greater = a < b ? stars[b].direction(i, a) : stars[a].direction(b, i);
+      if (in_greater != 0 && std::max(a, b) < i) continue;
+      const int in_a = a < b ? in_lesser : in_greater, in_b = a < b ? in_greater : in_lesser;
+      auto radius = [&] { return circumradius(points.projected[i], points.projected[a], points.projected[b]); };
       if (in_a == 0 || in_b == 0) {
-        piece.candidates.push_back({{i, a, b}, 1 + (in_a != 0) + (in_b != 0), radius});
+        piece.candidates.push_back({{i, a, b}, 1 + (in_a != 0) + (in_b != 0), radius()});
         continue;
       }
       if (!angles_at_least(points.measured[i], points.measured[a], points.measured[b], cos_min_angle)) {
         ++piece.refused_angle;
-        piece.candidates.push_back({{i, a, b}, 3, radius});
+        piece.candidates.push_back({{i, a, b}, 3, radius()});
         continue;
       }
       const Vec3 n = points.normal[i], na = points.normal[a], nb = points.normal[b];
@@ -148,6 +151,20 @@ std::vector<std::uint8_t> turns(const SurfacePoints& points, Sides& sides, std::
   return turn;
 }
 
+/// Ascending; by first corner into place, a handful each.
+void sort_triangles(std::vector<Triangle>& triangles, std::size_t rows) {
+  std::vector<std::uint32_t> next(rows + 1, 0);
+  for (const Triangle& t : triangles) ++next[t[0] + 1];
+  std::partial_sum(next.begin(), next.end(), next.begin());
+  std::vector<Triangle> sorted(triangles.size());
+  for (const Triangle& t : triangles) {
+    std::uint32_t at = next[t[0]]++;
+    for (; at > 0 && t < sorted[at - 1]; --at) sorted[at] = sorted[at - 1];
+    sorted[at] = t;
+  }
+  triangles.swap(sorted);
+}
+
 Triangle oriented(Triangle t, bool turned) {
   if (turned) std::swap(t[1], t[2]);
   return t;
@@ -193,8 +210,9 @@ Vote count_votes(const SurfacePoints& points, const std::vector<Star>& stars, do
     if (turn[row]) vote.normal[row] = -vote.normal[row];
   // A star runs counter-clockwise about the normal as given; a corner whose normal was turned sees its triangles
   // turned.
+  vote.confirmed.reserve(unoriented.size());
   for (const Triangle& t : unoriented) vote.confirmed.push_back(oriented(t, turn[t[0]]));
-  std::sort(vote.confirmed.begin(), vote.confirmed.end());
+  sort_triangles(vote.confirmed, n);
   for (Candidate& c : vote.candidates) c.corners = oriented(c.corners, turn[c.corners[0]]);
   std::sort(vote.candidates.begin(), vote.candidates.end(), [](const Candidate& x, const Candidate& y) {
     if (x.votes != y.votes) return x.votes > y.votes;
