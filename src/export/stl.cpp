@@ -23,9 +23,9 @@ char* put_record(char* at, const Mesh& mesh, const Triangle& triangle) {
   return put(at, std::uint16_t{0});
 }
 
-std::array<char, kPreambleBytes> preamble(std::size_t triangles) {
+std::array<char, kPreambleBytes> preamble(std::size_t triangles, const Vec3& offset) {
   std::array<char, kPreambleBytes> bytes{};
-  const std::string header = stl_header();
+  const std::string header = stl_header(offset);
   std::copy(header.begin(), header.end(), bytes.begin());
   put(bytes.data() + kHeaderBytes, static_cast<std::uint32_t>(triangles));
   return bytes;
@@ -74,8 +74,13 @@ const char* part_at(std::size_t byte) {
 
 }  // namespace
 
-std::string stl_header() {
+std::string stl_header(const Vec3& offset) {
   std::string header(kTitle);
+  if (!(offset == Vec3{})) {
+    const std::string words =
+        " offset_mm " + number_text(offset.x) + " " + number_text(offset.y) + " " + number_text(offset.z);
+    if (header.size() + words.size() <= kHeaderBytes) header += words;
+  }
   header.resize(kHeaderBytes, ' ');
   return header;
 }
@@ -86,7 +91,7 @@ Result<void> write_stl(const Mesh& mesh, ByteSink& sink) {
                 "the mesh has " + grouped(mesh.triangles.size()) +
                     " triangles, but an STL counts them in 32 bits; choose a larger bin or another format",
                 sink.name());
-  TRY(sink.write(std::span<const char>(preamble(mesh.triangles.size()))));
+  TRY(sink.write(std::span<const char>(preamble(mesh.triangles.size(), mesh.offset))));
   std::vector<char> buffer(kRecordBytes * std::min(kRecordsAtOnce, mesh.triangles.size()));
   for (std::size_t first = 0; first < mesh.triangles.size(); first += kRecordsAtOnce) {
     const std::size_t end = std::min(first + kRecordsAtOnce, mesh.triangles.size());

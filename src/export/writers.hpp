@@ -19,8 +19,9 @@ namespace scanmill::exporting {
 /// errors  what the sink reports; Unsupported above 2^32-1 triangles
 Result<void> write_stl(const Mesh& mesh, ByteSink& sink);
 
-/// The 80 header bytes that write_stl writes.
-std::string stl_header();
+/// The 80 header bytes that write_stl writes; an offset that is not zero stands in them as `offset_mm x y z`, as far as
+/// there is room.
+std::string stl_header(const Vec3& offset);
 
 /// What a binary STL holds, for reading back.
 /// errors  BadInput when the size is not 84 + 50 n

@@ -20,4 +20,8 @@ Result<std::unique_ptr<ViewReader>> open_las(std::shared_ptr<const ByteSource> s
 /// 16-bit grey PNG: one point per pixel, 0 holds no measurement. One decoded image per thread is kept.
 Result<std::unique_ptr<ViewReader>> open_depth_map(std::shared_ptr<const ByteSource> source, const DepthCamera& camera);
 
+/// STL, OBJ, OFF: vertices in the order of the file (an STL's corners joined where they are equal), row = vertex from 0.
+/// The whole mesh is held in memory.
+Result<std::unique_ptr<ViewReader>> open_mesh_points(std::shared_ptr<const ByteSource> source);
+
 }  // namespace scanmill::formats

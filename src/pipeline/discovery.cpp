@@ -5,6 +5,7 @@
 #include <map>
 #include <set>
 
+#include "base/text.hpp"
 #include "document/document.hpp"
 #include "formats/conf.hpp"
 #include "formats/poses.hpp"
@@ -203,6 +204,15 @@ class Finder {
 
   Result<void> look_for_points(const std::string& file) {
     const std::string suffix = formats::suffix_of(file);
+    const bool is_mesh = suffix == "stl" || suffix == "obj" || suffix == "off";
+    if (is_mesh && !keys_.mesh_vertices_as_scan)
+      return note("with faces (set mesh_vertices_as_scan: true to take their vertices)", file), Result<void>{};
+    if (is_mesh) {
+      ScanSpec scan;
+      scan.views.emplace_back().path = file;
+      found_.scans.push_back(std::move(scan));
+      return {};
+    }
     if (formats::is_unsupported_suffix(suffix)) {
       // By name alone: opening thousands of files just to say no would not be cheap.
       note("of the suffix ." + suffix + " not read by this version", file);
@@ -261,8 +271,14 @@ class Finder {
 }  // namespace
 
 Result<Discovery> discover(const std::string& archive, const DiscoveryKeys& keys) {
-  TRY_ASSIGN(const std::vector<std::string> files, store::list_files(archive));
-  return Finder(archive, keys, files).run();
+  std::vector<std::string> links;
+  TRY_ASSIGN(const std::vector<std::string> files, store::list_files(archive, &links));
+  TRY_ASSIGN(Discovery found, Finder(archive, keys, files).run());
+  if (!links.empty())
+    found.notes.push_back(counted(links.size(), "link") + " out of the archive " + (links.size() == 1 ? "is" : "are") +
+                          " not followed, the first is " + links.front() +
+                          "; copy or mount what it leads to, or name that folder as archive");
+  return found;
 }
 
 }  // namespace scanmill::pipeline

@@ -17,7 +17,7 @@
 namespace scanmill::pipeline {
 namespace {
 
-constexpr std::size_t kMeasured = 12;  // scans looked at in full
+constexpr std::size_t kMeasured = 40;  // scans looked at in full
 constexpr double kDiffers = 1.5;       // bins that differ by more than this get an override
 
 /// Units by the size an object would have: a scanned part is 5 mm to 5 m; larger only when metres make a room of it.

@@ -14,7 +14,7 @@ struct FirstJob {
   std::size_t scans = 0, measured = 0;
 };
 
-/// Looks at the scans of an archive (the first, the last and up to ten between them in full) and writes a job: units
+/// Looks at the scans of an archive (the first, the last and up to 38 between them in full) and writes a job: units
 /// with the reason, bin size from spacing and noise, overrides for scans that differ from the rest.
 /// archive   folder; `name_in_job` is what the job is to call it
 /// errors    BadInput when no scan is found or none can be read; Cancelled

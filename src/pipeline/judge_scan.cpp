@@ -28,23 +28,43 @@ void rank_again(const Mesh& mesh, grow::Patches& patches) {
   for (const std::uint32_t t : order) patches.rank[t] = next[mesh.patch[t]]++;
 }
 
+constexpr int kNear = 2;  // bins
+
+/// Per row: whether a vertex lies within kNear bins.
+class VertexNeighbourhood {
+ public:
+  VertexNeighbourhood(const MeshedSurface& surface, const reduce::ReducedCloud& cloud)
+      : cloud_(cloud), used_(cloud.size(), 0), reader_(cloud.index) {
+    for (const std::uint32_t row : surface.vertex_row) used_[row] = 1;
+  }
+  bool used(std::size_t row) const { return used_[row] != 0; }
+  bool holds_vertex(std::size_t row) {
+    around_.clear();
+    reader_.window(cloud_.bins[row], kNear, around_);
+    return std::any_of(around_.begin(), around_.end(),
+                       [&](std::int32_t near) { return used_[static_cast<std::size_t>(near)] != 0; });
+  }
+
+ private:
+  const reduce::ReducedCloud& cloud_;
+  std::vector<std::uint8_t> used_;
+  BinIndex::Reader reader_;
+  std::vector<std::int32_t> around_;
+};
+
 /// Per row of the reduced cloud: its points belong to a dropped piece.
 std::vector<std::uint8_t> stray_bins(const MeshedSurface& surface, const reduce::ReducedCloud& cloud) {
-  std::vector<std::uint8_t> stray(cloud.size(), 0), used(cloud.size(), 0);
-  for (const std::uint32_t row : surface.vertex_row) used[row] = 1;
+  std::vector<std::uint8_t> stray(cloud.size(), 0);
   for (const std::uint32_t row : surface.stray_rows) stray[row] = 1;
+  VertexNeighbourhood vertices(surface, cloud);
   BinIndex::Reader reader(cloud.index);
-  std::vector<std::int32_t> around, beside;
+  std::vector<std::int32_t> around;
   for (const std::uint32_t row : surface.stray_rows) {
     around.clear();
-    reader.window(cloud.bins[row], 2, around);
+    reader.window(cloud.bins[row], kNear, around);
     for (const std::int32_t other : around) {
       const auto at = static_cast<std::size_t>(other);
-      if (stray[at] || used[at]) continue;
-      beside.clear();
-      reader.window(cloud.bins[at], 2, beside);
-      stray[at] = std::none_of(beside.begin(), beside.end(),
-                               [&](std::int32_t near) { return used[static_cast<std::size_t>(near)] != 0; });
+      if (!stray[at] && !vertices.used(at)) stray[at] = !vertices.holds_vertex(at);
     }
   }
   return stray;
@@ -120,6 +140,19 @@ Result<Fit> measure_fit(const MeshedSurface& surface, const reduce::ReducedCloud
   TRY_ASSIGN(fit.report, verify::verify_mesh(surface.mesh, judged, terms, what.verify, context));
   fit.points_in_strays = judged.left_out();
   return fit;
+}
+
+Unmeshed unmeshed_points(const MeshedSurface& surface, const reduce::ReducedCloud& cloud) {
+  const std::vector<std::uint8_t> stray = stray_bins(surface, cloud);
+  VertexNeighbourhood vertices(surface, cloud);
+  Unmeshed found;
+  for (std::size_t row = 0; row < cloud.size(); ++row) {
+    if (stray[row] || vertices.used(row) || vertices.holds_vertex(row)) continue;
+    if (found.bins == 0) found.first = cloud.measured[row];
+    ++found.bins;
+    found.points += static_cast<std::uint64_t>(cloud.counts[row]);
+  }
+  return found;
 }
 
 std::vector<std::string> failed_gates(const verify::Report& fit) {

@@ -30,6 +30,13 @@ struct Fit {
 Result<Fit> measure_fit(const MeshedSurface& surface, const reduce::ReducedCloud& cloud, const PointSource& points,
                         const What& what, const Context& context, Progress& progress);
 
+/// Points in bins that have no vertex within two bins and belong to no dropped piece: no triangle reaches them.
+struct Unmeshed {
+  std::uint64_t points = 0, bins = 0;
+  Vec3 first;  // kept point of the first such bin by key
+};
+Unmeshed unmeshed_points(const MeshedSurface& surface, const reduce::ReducedCloud& cloud);
+
 /// One sentence per gate that failed.
 std::vector<std::string> failed_gates(const verify::Report& fit);
 

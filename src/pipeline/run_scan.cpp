@@ -2,6 +2,7 @@
 #include "pipeline/run_scan.hpp"
 
 #include <chrono>
+#include <cmath>
 
 #include "base/digest.hpp"
 #include "base/text.hpp"
@@ -39,6 +40,12 @@ class StageClock {
 Error name_file(Error error, const ScanSpec& scan) {
   if (!error.where.empty()) return error;
   return std::move(error).at(scan.description.empty() ? scan.views.front().path : scan.description);
+}
+
+/// To a hundredth of a millimetre.
+std::string place_text(Vec3 p) {
+  auto text = [](double v) { return number_text(std::floor(v * 100 + 0.5) / 100); };
+  return text(p.x) + " " + text(p.y) + " " + text(p.z);
 }
 
 void add_notes(const MeshedSurface& surface, const reduce::Report& report, const Mesh& mesh,
@@ -147,6 +154,11 @@ Result<ScanResult> run_scan(const std::string& archive, const ScanSpec& scan, co
     result.notes.push_back(counted(all.points_in_strays, "input point") +
                            (all.points_in_strays == 1 ? " lies" : " lie") + " in dropped components and " +
                            (all.points_in_strays == 1 ? "is" : "are") + " not part of the fit error");
+  if (const Unmeshed off = unmeshed_points(surface, all.reduction.cloud); off.points > 0)
+    result.notes.push_back(counted(off.points, "input point") + " in " + counted(off.bins, "bin") +
+                           " of bare surroundings " + (off.points == 1 ? "is" : "are") +
+                           " on no triangle, first near " + place_text(off.first) +
+                           "; they count in the fit error: remove them (clean) or choose larger bins");
   all.notes = result.notes;
   TRY_ASSIGN(all.digests, points->digests(context));
   TRY(points->verify_unchanged());

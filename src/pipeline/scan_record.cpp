@@ -234,7 +234,7 @@ Result<Record> record_of(const ScanResults& results) {
   record.counters.push_back({"verify", "points_in_strays", static_cast<double>(results.points_in_strays), true});
   record.notes = results.notes;
   record.stage_versions = stage_versions_of(results.what.grow.engine);
-  record.stl_header = exporting::stl_header();
+  record.stl_header = exporting::stl_header(results.surface.mesh.offset);
   for (const WrittenFile& file : results.outputs) record.outputs.push_back({file.name, file.sha256});
   return record;
 }

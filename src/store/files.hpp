@@ -33,8 +33,8 @@ Result<FileStamp> stamp_of(const std::string& path);
 Result<void> write_text(const std::string& path, std::string_view text);
 
 /// All regular files below `root` (links followed, never out of `root`), relative paths with '/', in byte order; hidden
-/// ("." first) and "~" (last) files and folders are left out.
-Result<std::vector<std::string>> list_files(const std::string& root);
+/// ("." first) and "~" (last) files and folders are left out. `links_left` gets the links that lead out of the root.
+Result<std::vector<std::string>> list_files(const std::string& root, std::vector<std::string>* links_left = nullptr);
 
 Result<void> make_folders(const std::string& path);
 /// Removes a folder and everything below it; no error when it is not there.

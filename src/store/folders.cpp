@@ -40,7 +40,8 @@ bool lies_in(const std::string& path, const std::string& root) {
 /// paths).
 class Lister {
  public:
-  explicit Lister(std::string root) : root_(std::move(root)), real_root_(resolved(root_)) {}
+  Lister(std::string root, std::vector<std::string>* links_left)
+      : root_(std::move(root)), real_root_(resolved(root_)), links_left_(links_left) {}
 
   Result<void> walk(const std::string& relative, std::vector<std::string>& files) {
     const std::string folder = relative.empty() ? root_ : root_ + "/" + relative;
@@ -63,7 +64,10 @@ class Lister {
     std::error_code error;
     const bool link = entry.is_symlink(error);
     const std::string real = link ? resolved(entry.path().string()) : std::string();
-    if (link && !lies_in(real, real_root_)) return {};
+    if (link && !lies_in(real, real_root_)) {
+      if (links_left_ != nullptr) links_left_->push_back(relative);
+      return {};
+    }
     if (entry.is_regular_file(error)) {
       files.push_back(relative);
     } else if (entry.is_directory(error)) {
@@ -77,6 +81,7 @@ class Lister {
   }
 
   std::string root_, real_root_;
+  std::vector<std::string>* links_left_;
   std::vector<std::string> inside_;
   bool below_link_ = false;
 };
@@ -120,14 +125,15 @@ Result<void> swap_by_two_renames(const std::string& from, const std::string& to)
 
 }  // namespace
 
-Result<std::vector<std::string>> list_files(const std::string& root) {
+Result<std::vector<std::string>> list_files(const std::string& root, std::vector<std::string>* links_left) {
   std::error_code error;
   const fs::file_status status = fs::status(root, error);
   if (!fs::exists(status)) return fail(Code::BadInput, "there is no such folder; check the path", root);
   if (!fs::is_directory(status)) return fail(Code::BadInput, "this is a file, wanted a folder", root);
   std::vector<std::string> files;
-  TRY(Lister(without_last_slash(root)).walk("", files));
+  TRY(Lister(without_last_slash(root), links_left).walk("", files));
   std::sort(files.begin(), files.end());
+  if (links_left != nullptr) std::sort(links_left->begin(), links_left->end());
   return files;
 }
 
