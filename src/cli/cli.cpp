@@ -12,9 +12,11 @@
 #include "cli/schemas.hpp"
 #include "cli/stage_options.hpp"
 #include "cli/versions.hpp"
+#include "pipeline/bench_stages.hpp"
 #include "pipeline/mesh_tools.hpp"
 #include "runner/console.hpp"
 #include "runner/job.hpp"
+#include "runner/machine.hpp"
 
 namespace scanmill::cli {
 namespace {
@@ -40,10 +42,11 @@ void install_handlers() {
 struct Options {
   CommonOptions common;
   runner::RunOptions run;
-  StageOptions reduce, mesh, optimise, verify, compare, render, info, cloud, none;
+  StageOptions reduce, mesh, optimise, verify, compare, render, info, cloud, bench, none;
   std::vector<std::string> inputs;
   std::string input, second, output, object, schema;
   pipeline::PictureChoice picture;
+  pipeline::BenchChoice timing;
   std::uint64_t seed = 1;
   bool as_is = false, as_points = false, ascii = false;
 
@@ -56,6 +59,7 @@ struct Options {
            : command == "render"   ? render
            : command == "info"     ? info
            : command == "convert"  ? cloud
+           : command == "bench"    ? bench
                                    : none;
   }
 };
@@ -139,6 +143,16 @@ void add_tool_commands(CLI::App& app, Options& options) {
   simulate.add_option("--object", options.object, "figurine, handset, sphere, torus or cube.")->required();
   simulate.add_option("--out", options.output, "Folder for the views and the plan.")->required();
   simulate.add_option("--seed", options.seed, "Seed of the noise.");
+  CLI::App& bench = command(app, options, "bench", "How fast each stage is on this machine and on these points.");
+  bench.add_option("stage", options.timing.stage,
+                   document::joined(pipeline::bench_stage_words()) + "; all unless given.");
+  bench.add_option("--file", options.timing.file,
+                   "Cloud file, .conf file or scan plan; a made sphere of a million points unless given.");
+  bench.add_option("--repeat", options.timing.repeats, "Times each stage runs; 5 if not given.")
+      ->check(CLI::Range(1, 1000));
+  bench.add_option("--against", options.timing.against, "Earlier --out document; a confirmed slowdown ends with 4.");
+  bench.add_option("--out", options.timing.out, "JSON document to write.");
+  options.bench.add_to(bench, {"", "lattice"});
   CLI::App& schema = command(app, options, "schema", "A JSON schema of what users write or scripts read.");
   schema.add_option("name", options.schema, document::joined(schema_names()))->required();
 }
@@ -197,6 +211,13 @@ Result<pipeline::ToolReport> run_stage(const std::string& name, const Options& o
   if (name == "verify") return pipeline::verify_file(o.input, o.inputs, what, context, progress);
   if (name == "compare") return pipeline::compare_files(o.input, o.second, what, context, progress);
   if (name == "render") return pipeline::render_file(o.input, what, o.picture, o.output, context, progress);
+  if (name == "bench") {
+    pipeline::BenchChoice timing = o.timing;
+    timing.version = version();
+    timing.cores = runner::usable_cores();
+    timing.processor = runner::processor_name();
+    return pipeline::bench_stages(timing, what, context, progress);
+  }
   TRY_ASSIGN(const bool is_mesh, pipeline::is_mesh_file(o.input));
   if (name == "info")
     return is_mesh ? pipeline::mesh_info(o.input, what, context, progress)

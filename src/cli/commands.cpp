@@ -39,7 +39,7 @@ void rows_of(const Node& map, const std::string& prefix, std::vector<std::pair<s
   }
 }
 
-void show_report(Console& console, const std::string& command, const Node& values) {
+std::string lines_of_values(const Node& values) {
   std::vector<std::pair<std::string, std::string>> rows;
   rows_of(values, "", rows);
   std::size_t width = 0;
@@ -47,10 +47,14 @@ void show_report(Console& console, const std::string& command, const Node& value
   std::string text;
   for (const auto& [name, value] : rows)
     text += (text.empty() ? "" : "\n") + name + std::string(width - name.size() + 2, ' ') + value;
+  return text;
+}
+
+void show_report(Console& console, const std::string& command, const pipeline::ToolReport& report) {
   Node event = Console::event("report");
   event.set("command", command);
-  event.set("values", values);
-  console.result(text, event);
+  event.set("values", report.values);
+  console.result(report.text.empty() ? lines_of_values(report.values) : report.text, event);
 }
 
 }  // namespace
@@ -106,7 +110,7 @@ int run_tool(const CommonOptions& common, const std::string& name, const runner:
     const int code = complain(console, report.error());
     return stop.signal.load() ? 128 + stop.signal.load() : code;
   }
-  show_report(console, name, report->values);
+  show_report(console, name, *report);
   for (const std::string& gate : report->failed_gates) {
     Node event = Console::event("gate");
     event.set("scan", "");

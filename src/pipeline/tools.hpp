@@ -16,6 +16,7 @@ namespace scanmill::pipeline {
 /// What a tool found out, as a map in the order of showing; values are scalars, lists of scalars, or maps of them.
 struct ToolReport {
   document::Node values = document::Node::map();
+  std::string text;                       // for people, in place of the values; empty: the values, a line each
   std::vector<std::string> failed_gates;  // one sentence each: exit code 4
 };
 

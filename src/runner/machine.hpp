@@ -13,6 +13,8 @@ int usable_cores();
 /// Physical memory, or the control group's limit where that is less; 0 when neither can be read.
 std::uint64_t usable_memory();
 std::string host_name();
+/// Model of the processor as /proc/cpuinfo has it; "unknown" where it does not say.
+std::string processor_name();
 /// Highest resident memory of this process so far.
 std::uint64_t peak_memory();
 

@@ -129,5 +129,53 @@ TEST_F(Program, RemovesWhatADeadRunLeftBehind) {
   EXPECT_FALSE(std::filesystem::exists(root_ + "/out/scans/.sheet.1"));
 }
 
+/// A bench document with all its CPU times changed by a factor.
+std::string with_cpu_times(const std::string& text, double factor) {
+  auto tree = document::parse_json(text, "bench.json");
+  EXPECT_TRUE(tree.ok()) << text;
+  if (!tree) return text;
+  for (document::Node& stage : tree->find("stages")->items())
+    for (document::Node::Entry& entry : stage.find("cpu_s")->entries())
+      entry.value = document::Node(entry.value.as_number() * factor);
+  return document::to_json(*tree);
+}
+
+TEST_F(Program, BenchMeasuresAllStagesAndTellsSlowdowns) {
+  write_sheet("sheet.xyz");
+  Seen seen = run("bench --file sheet.xyz --bin-mm 2 --repeat 1 --threads 1 --out base.json");
+  ASSERT_EQ(seen.code, 0) << seen.err;
+  for (const char* word : {"reduce", "mesh", "smooth", "feature", "quality", "verify", "3,600 points"})
+    EXPECT_NE(seen.out.find(word), std::string::npos) << word << "\n" << seen.out;
+  const std::string base = text("base.json");
+  EXPECT_NE(base.find("\"scanmill_bench\": 1"), std::string::npos);
+  // Times ten, so that no noise of a busy machine can look like a slowdown.
+  write("slow.json", with_cpu_times(base, 10));
+  seen = run("bench --file sheet.xyz --bin-mm 2 --repeat 1 --threads 1 --against slow.json");
+  EXPECT_EQ(seen.code, 0) << seen.err;
+  write("fast.json", with_cpu_times(base, 0.1));
+  seen = run("bench --file sheet.xyz --bin-mm 2 --repeat 1 --threads 1 --against fast.json --json");
+  EXPECT_EQ(seen.code, 4) << seen.out;
+  EXPECT_NE(seen.out.find(R"("type":"report","command":"bench")"), std::string::npos) << seen.out;
+  EXPECT_NE(seen.out.find("bench.verify: found at least"), std::string::npos) << seen.out;
+}
+
+TEST_F(Program, BenchOfOneStageNamesTheOthersAsMissing) {
+  write_sheet("sheet.xyz");
+  ASSERT_EQ(run("bench --file sheet.xyz --bin-mm 2 --repeat 1 --out base.json").code, 0);
+  write("slow.json", with_cpu_times(text("base.json"), 10));
+  Seen seen = run("bench optimise --file sheet.xyz --bin-mm 2 --repeat 2 --against slow.json --out two.json");
+  EXPECT_EQ(seen.code, 0) << seen.err;
+  EXPECT_NE(seen.out.find("verify: in the earlier bench only"), std::string::npos) << seen.out;
+  const auto two = document::parse_json(text("two.json"), "two.json");
+  ASSERT_TRUE(two.ok());
+  ASSERT_EQ(two->find("stages")->items().size(), 2u);
+  EXPECT_EQ(two->find("stages")->items()[1].find("name")->as_string(), "feature");
+  seen = run("bench --file sheet.xyz --bin-mm 3 --repeat 1 --against base.json");
+  EXPECT_EQ(seen.code, 2);
+  EXPECT_NE(seen.err.find("base.json: was measured on 3,600 points with bins of 2 mm"), std::string::npos) << seen.err;
+  EXPECT_EQ(run("bench --repeat 0").code, 2);
+  EXPECT_EQ(run("bench --file sheet.xyz --out sheet.xyz").code, 2);
+}
+
 }  // namespace
 }  // namespace scanmill

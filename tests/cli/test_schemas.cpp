@@ -9,6 +9,7 @@
 
 #include "cli/pipeline_work.hpp"
 #include "cli/schemas.hpp"
+#include "pipeline/bench_report.hpp"
 #include "runner/job.hpp"
 #include "runner/run_report.hpp"
 
@@ -104,6 +105,15 @@ TEST(RunSchema, ExamplesAndOurOwnReportsAreJudgedRight) {
 TEST(StreamSchema, ExamplesAreJudgedRight) {
   EXPECT_EQ(judge("stream.schema.json", example("stream.valid.json")), 0);
   EXPECT_EQ(judge("stream.schema.json", example("stream.invalid.json")), 1);
+}
+
+TEST(BenchSchema, ExamplesAndOurOwnReportsAreJudgedRight) {
+  EXPECT_EQ(judge("bench.schema.json", example("bench.valid.json")), 0);
+  EXPECT_EQ(judge("bench.schema.json", example("bench.invalid.json")), 1);
+  const auto read = pipeline::bench_report_from(example("bench.valid.json"), "bench.valid.json");
+  ASSERT_TRUE(read.ok()) << read.error().text();
+  EXPECT_EQ(judge("bench.schema.json", pipeline::to_document(*read)), 0);
+  EXPECT_FALSE(pipeline::bench_report_from(example("bench.invalid.json"), "bench.invalid.json").ok());
 }
 
 TEST(Schemas, AreInsideTheProgramAsTheyStandInTheSource) {

@@ -1,0 +1,257 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipeline/bench_report.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "base/text.hpp"
+
+namespace scanmill::pipeline {
+
+using document::Node;
+
+namespace {
+
+constexpr double kClockStep = 1e-6;  // of getrusage: no stage takes less
+
+std::string fixed(double value, int digits) {
+  char text[64];
+  std::snprintf(text, sizeof text, "%.*f", digits, value);
+  return text;
+}
+
+std::string band_text(const BenchBand& band) {
+  return fixed(band.median, 4) + " [" + fixed(band.least, 4) + ", " + fixed(band.greatest, 4) + "]";
+}
+
+std::string rate_text(double rate) {
+  if (rate >= 1e6) return fixed(rate * 1e-6, 2) + " M";
+  if (rate >= 1e3) return fixed(rate * 1e-3, 1) + " k";
+  return fixed(rate, 1);
+}
+
+Node band_node(const BenchBand& band) {
+  Node node = Node::map();
+  node.set("median", band.median);
+  node.set("least", band.least);
+  node.set("greatest", band.greatest);
+  return node;
+}
+
+/// Reads the keys of one map; remembers the first one that is missing or no value of its kind.
+class Keys {
+ public:
+  Keys(const Node* map, std::string place, std::string& problem)
+      : map_(map), place_(std::move(place)), problem_(problem) {
+    if (!map_ || !map_->is_map()) complain("", "a map");
+  }
+  void read(const char* key, std::string& out) const {
+    const Node* node = value(key);
+    if (node && node->is_string())
+      out = node->as_string();
+    else
+      complain(key, "a text");
+  }
+  void read(const char* key, double& out) const {
+    const Node* node = value(key);
+    if (node && node->is_number() && node->as_number() >= 0)
+      out = node->as_number();
+    else
+      complain(key, "a number that is not negative");
+  }
+  template <class Whole>
+  void read_whole(const char* key, Whole& out) const {
+    const Node* node = value(key);
+    if (node && node->is_integer() && node->as_integer() >= 0)
+      out = static_cast<Whole>(node->as_integer());
+    else
+      complain(key, "a whole number that is not negative");
+  }
+  Keys map(const char* key) const { return Keys(value(key), path(key), problem_); }
+  void read(const char* key, BenchBand& out) const {
+    const Keys band = map(key);
+    band.read("median", out.median);
+    band.read("least", out.least);
+    band.read("greatest", out.greatest);
+  }
+
+ private:
+  const Node* value(const char* key) const { return map_ ? map_->find(key) : nullptr; }
+  std::string path(const std::string& key) const {
+    return place_.empty() ? key : key.empty() ? place_ : place_ + "." + key;
+  }
+  void complain(const std::string& key, const char* wanted) const {
+    if (problem_.empty()) problem_ = (path(key).empty() ? "the document" : path(key)) + ": wanted " + wanted;
+  }
+  const Node* map_;
+  std::string place_;
+  std::string& problem_;
+};
+
+BenchStage stage_from(const Keys& keys) {
+  BenchStage stage;
+  keys.read("name", stage.name);
+  keys.read("unit", stage.unit);
+  keys.read_whole("amount", stage.amount);
+  keys.read("cpu_s", stage.cpu_s);
+  keys.read("wall_s", stage.wall_s);
+  keys.read_whole("peak_bytes", stage.peak_bytes);
+  return stage;
+}
+
+}  // namespace
+
+BenchBand band_of(std::vector<double> values) {
+  for (double& value : values) value = std::round(value * 1e6) / 1e6;
+  std::sort(values.begin(), values.end());
+  return {values[values.size() / 2], values.front(), values.back()};
+}
+
+double BenchStage::per_cpu_s() const { return static_cast<double>(amount) / std::max(cpu_s.median, kClockStep); }
+
+Node to_document(const BenchReport& report) {
+  Node machine = Node::map();
+  machine.set("cores", report.cores);
+  machine.set("model", report.processor);
+  Node input = Node::map();
+  input.set("name", report.input.name);
+  input.set("profile", report.input.profile);
+  input.set("bin_mm", report.input.bin_mm);
+  input.set("points", report.input.points);
+  input.set("bins", report.input.bins);
+  input.set("kept", report.input.kept);
+  input.set("triangles", report.input.triangles);
+  Node stages = Node::sequence();
+  for (const BenchStage& stage : report.stages) {
+    Node row = Node::map();
+    row.set("name", stage.name);
+    row.set("unit", stage.unit);
+    row.set("amount", stage.amount);
+    row.set("cpu_s", band_node(stage.cpu_s));
+    row.set("wall_s", band_node(stage.wall_s));
+    row.set("per_cpu_s", stage.per_cpu_s());
+    row.set("peak_bytes", stage.peak_bytes);
+    stages.push(std::move(row));
+  }
+  Node root = Node::map();
+  root.set("scanmill_bench", 1);
+  root.set("version", report.version);
+  root.set("machine", std::move(machine));
+  root.set("threads", report.threads);
+  root.set("repeats", report.repeats);
+  root.set("input", std::move(input));
+  root.set("stages", std::move(stages));
+  return root;
+}
+
+Result<BenchReport> bench_report_from(const Node& root, const std::string& name) {
+  const Node* mark = root.find("scanmill_bench");
+  if (!mark || !mark->is_integer() || mark->as_integer() != 1)
+    return fail(Code::BadParameter,
+                "found no \"scanmill_bench\": 1; wanted a document that `scanmill bench --out` wrote", name);
+  BenchReport report;
+  std::string problem;
+  const Keys keys(&root, "", problem);
+  keys.read("version", report.version);
+  keys.map("machine").read_whole("cores", report.cores);
+  keys.map("machine").read("model", report.processor);
+  keys.read_whole("threads", report.threads);
+  keys.read_whole("repeats", report.repeats);
+  const Keys input = keys.map("input");
+  input.read("name", report.input.name);
+  input.read("profile", report.input.profile);
+  input.read("bin_mm", report.input.bin_mm);
+  input.read_whole("points", report.input.points);
+  input.read_whole("bins", report.input.bins);
+  input.read_whole("kept", report.input.kept);
+  input.read_whole("triangles", report.input.triangles);
+  const Node* stages = root.find("stages");
+  if (problem.empty() && (!stages || !stages->is_sequence())) problem = "stages: wanted a list";
+  if (problem.empty())
+    for (std::size_t k = 0; k < stages->items().size(); ++k)
+      report.stages.push_back(stage_from(Keys(&stages->items()[k], "stages[" + std::to_string(k) + "]", problem)));
+  if (!problem.empty()) return fail(Code::BadParameter, problem + "; measure again with `scanmill bench --out`", name);
+  return report;
+}
+
+bool is_slower(const BenchStage& now, const BenchStage& then) {
+  return now.cpu_s.least > kSlower * then.cpu_s.greatest;
+}
+
+Result<void> check_same_input(const BenchInput& now, const BenchInput& then, const std::string& name) {
+  const auto told = [](const BenchInput& input) {
+    return counted(input.points, "point") + " with bins of " + number_text(input.bin_mm) + " mm, profile " +
+           input.profile;
+  };
+  if (now.points == then.points && now.bin_mm == then.bin_mm && now.profile == then.profile) return {};
+  return fail(Code::BadUsage,
+              "was measured on " + told(then) + ", this bench on " + told(now) +
+                  "; give the same --file, --bin-mm and --profile, or measure both again",
+              name);
+}
+
+const BenchStage* stage_named(const BenchReport& report, const std::string& name) {
+  for (const BenchStage& stage : report.stages)
+    if (stage.name == name) return &stage;
+  return nullptr;
+}
+
+BenchComparison compare(const BenchReport& now, const BenchReport& then) {
+  BenchComparison found;
+  if (now.processor != then.processor || now.cores != then.cores)
+    found.notes.push_back("the earlier bench ran on another machine: " + then.processor + ", " +
+                          counted(static_cast<std::uint64_t>(then.cores), "core"));
+  if (now.threads != then.threads)
+    found.notes.push_back("the earlier bench ran with " + counted(static_cast<std::uint64_t>(then.threads), "thread"));
+  for (const BenchStage& stage : then.stages)
+    if (!stage_named(now, stage.name)) found.notes.push_back(stage.name + ": in the earlier bench only");
+  for (const BenchStage& stage : now.stages) {
+    const BenchStage* earlier = stage_named(then, stage.name);
+    if (!earlier)
+      found.notes.push_back(stage.name + ": not in the earlier bench");
+    else if (is_slower(stage, *earlier))
+      found.slowdowns.push_back("bench." + stage.name + ": found at least " + fixed(stage.cpu_s.least, 4) +
+                                " CPU s, confirmed by a second round; allowed 1.1 times the " +
+                                fixed(earlier->cpu_s.greatest, 4) + " CPU s of version " + then.version);
+  }
+  return found;
+}
+
+std::string bench_table(const BenchReport& report, const BenchReport* then) {
+  const BenchInput& in = report.input;
+  std::string text = (in.name.empty() ? "made for this bench: sphere along scan lines" : in.name) + ", " +
+                     counted(in.points, "point") + ", bins of " + number_text(in.bin_mm) +
+                     " mm: " + counted(in.bins, "bin") + ", " + grouped(in.kept) + " kept";
+  if (in.triangles > 0) text += ", " + counted(in.triangles, "triangle");
+  text += "\n" + counted(static_cast<std::uint64_t>(report.threads), "thread") + ", " +
+          counted(static_cast<std::uint64_t>(report.cores), "core") + ", " + report.processor + "; median [least, " +
+          "greatest] of " + counted(static_cast<std::uint64_t>(report.repeats), "repeat") + "\n\n";
+  using Row = std::vector<std::string>;
+  std::vector<Row> rows{{"stage", "amount", "CPU s", "wall s", "per CPU s", "peak"}};
+  if (then) rows.front().push_back("CPU s before");
+  for (const BenchStage& stage : report.stages) {
+    Row row{stage.name,
+            grouped(stage.amount) + " " + stage.unit,
+            band_text(stage.cpu_s),
+            band_text(stage.wall_s),
+            rate_text(stage.per_cpu_s()),
+            bytes_text(stage.peak_bytes)};
+    if (then) {
+      const BenchStage* earlier = stage_named(*then, stage.name);
+      row.push_back(!earlier ? "-" : band_text(earlier->cpu_s) + (is_slower(stage, *earlier) ? " slower" : ""));
+    }
+    rows.push_back(std::move(row));
+  }
+  std::vector<std::size_t> width(rows.front().size(), 0);
+  for (const Row& row : rows)
+    for (std::size_t k = 0; k < row.size(); ++k) width[k] = std::max(width[k], row[k].size());
+  for (std::size_t r = 0; r < rows.size(); ++r) {
+    if (r > 0) text += "\n";
+    for (std::size_t k = 0; k < rows[r].size(); ++k)
+      text += rows[r][k] + (k + 1 < rows[r].size() ? std::string(width[k] - rows[r][k].size() + 2, ' ') : "");
+  }
+  return text;
+}
+
+}  // namespace scanmill::pipeline
