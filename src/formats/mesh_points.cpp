@@ -41,7 +41,9 @@ class MeshPoints final : public ViewReader {
 }  // namespace
 
 Result<std::unique_ptr<ViewReader>> open_mesh_points(std::shared_ptr<const ByteSource> source) {
+  const std::string name = source->name();
   TRY_ASSIGN(MeshFile mesh, read_mesh(std::move(source)));
+  if (mesh.positions.empty()) return fail(Code::BadInput, "the mesh has no vertex, so there are no points", name);
   return std::unique_ptr<ViewReader>(std::make_unique<MeshPoints>(std::move(mesh)));
 }
 

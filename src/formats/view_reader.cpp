@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "formats/view_reader.hpp"
 
-#include "formats/mesh_reader.hpp"
 #include "formats/probe.hpp"
 #include "formats/readers.hpp"
 
@@ -57,8 +56,8 @@ std::span<const std::string_view> format_words() { return kFormats; }
 Result<Views> open_views(std::shared_ptr<const ByteSource> source, const OpenOptions& options) {
   Format format = options.format;
   if (format == Format::Auto) {
-    TRY_ASSIGN(const MeshKind mesh, mesh_kind_of(*source));
-    if (mesh != MeshKind::None && mesh != MeshKind::Ply) return only(open_mesh_points(std::move(source)));
+    TRY_ASSIGN(const Probe found, probe(*source));
+    if (found.kind == FileKind::Unsupported && found.has_faces) return only(open_mesh_points(std::move(source)));
     TRY_ASSIGN(format, format_of(*source));
   }
   switch (format) {

@@ -161,5 +161,12 @@ TEST(CompareStl, NamesTheFirstDifference) {
   EXPECT_NE(other.error().message.find("20,000 triangles"), std::string::npos) << other.error().message;
 }
 
+TEST(StlHeader, TellsTheOffsetAsFarAsThereIsRoom) {
+  EXPECT_EQ(stl_header({}).find("offset_mm"), std::string::npos);
+  EXPECT_NE(stl_header({512000, -4096, 0}).find("offset_mm 512000 -4096 0"), std::string::npos);
+  EXPECT_EQ(stl_header({512000, -4096, 0}).size(), 80u);
+  EXPECT_EQ(stl_header({1.0 / 3, -1.0 / 3, 2.0 / 3}).find("offset_mm"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace scanmill::exporting

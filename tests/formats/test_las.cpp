@@ -12,7 +12,7 @@ struct LasSample {
   int minor = 2, point_format = 0;
   std::uint16_t extra = 0;   // bytes behind each point
   std::uint32_t points = 3;  // declared
-  std::string between = {};       // behind the header
+  std::string between = {};  // behind the header
   int withheld = -1;         // which point
 };
 
