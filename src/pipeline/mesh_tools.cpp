@@ -23,6 +23,7 @@ namespace {
 
 using document::Node;
 
+constexpr double kFarShare = 0.1;            // of a mesh's diagonal
 constexpr std::uint64_t kDrawn = 4'000'000;  // points of a cloud in a picture; evenly spread rows of larger ones
 
 struct LoadedMesh {
@@ -293,6 +294,10 @@ Result<ToolReport> verify_file(const std::string& mesh_path, const std::vector<s
   report_fit(fit, *opened.points, distances);
   report.values.set("fit", std::move(distances));
   report.failed_gates = failed_gates(fit);
+  if (fit.all.percentiles && fit.all.percentiles->p50 > kFarShare * norm(quality.bounds.size()))
+    report.values.set("warning",
+                      "half of the points lie farther from the mesh than a tenth of its size: do units and "
+                      "frames of cloud and mesh agree (--units is the clouds')?");
   return report;
 }
 
@@ -312,6 +317,9 @@ Result<ToolReport> compare_files(const std::string& a, const std::string& b, con
   report.values.set("volume_difference_mm3", found.volume_difference_mm3);
   report.values.set("a", side_node(found.a));
   report.values.set("b", side_node(found.b));
+  const double ratio = found.a.area_mm2 / found.b.area_mm2;
+  if (ratio > 1e4 || ratio < 1e-4)
+    report.values.set("warning", "one surface is more than ten thousand times the other: are both in the same unit?");
   return report;
 }
 
