@@ -57,6 +57,10 @@ void add_notes(const MeshedSurface& surface, const reduce::Report& report, const
     notes.push_back(counted(surface.strays.size(), "stray component") +
                     (surface.strays.size() == 1 ? " was" : " were") + " dropped (" +
                     counted(surface.kept_in_strays, "point") + "), listed in the record under /strays");
+  if (surface.sides_by_volume > 0 && !surface.loops.empty())
+    notes.push_back("no view tells which side of " + counted(surface.sides_by_volume, "component") + " is outside; " +
+                    (surface.sides_by_volume == 1 ? "it was" : "each was") +
+                    " turned so that it bulges outward, which for open surfaces is a guess");
   if (!(mesh.offset == Vec3{}))
     notes.push_back(
         "float32 would cost more than a thousandth of the bin edge this far from the origin: the STL is "
@@ -69,7 +73,7 @@ void add_notes(const MeshedSurface& surface, const reduce::Report& report, const
 
 std::vector<std::pair<std::string, std::string>> stage_versions() {
   return {{"read", "2"}, {"clean", "1"},    {"reduce", "2"}, {"stars", "1"},  {"front", "1"},  {"merge", "1"},
-          {"grow", "1"}, {"optimise", "1"}, {"verify", "1"}, {"export", "2"}, {"record", "3"}, {"report", "2"}};
+          {"grow", "1"}, {"optimise", "1"}, {"verify", "1"}, {"export", "2"}, {"record", "4"}, {"report", "2"}};
 }
 
 Result<std::string> fingerprint_of(const std::string& archive, const ScanSpec& scan, const What& what,

@@ -199,6 +199,7 @@ Result<MeshedSurface> mesh_surface(const reduce::ReducedCloud& cloud, const Boun
   out.strays = std::move(merged.strays);
   out.stray_rows = std::move(merged.stray_rows);
   out.components = merged.components;
+  out.sides_by_volume = merged.turned_by_volume;
   for (const merge::Stray& stray : out.strays) out.kept_in_strays += stray.vertices;
   if (by_front) {
     out.patches = patches_of_fronts(out.mesh, grown);
