@@ -40,16 +40,17 @@ SCANMILL_WIDE void extremes(const double* p, std::size_t rounds, double* low, do
 /// One coordinate of all points; p has x, y, z in turn. Where a point lies in its bin comes from the bin's number on
 /// the whole lattice, not from the local one: it must not depend on the base.
 [[gnu::always_inline]] inline void place_axis(const double* p, double origin, double edge, double from,
-                                              std::size_t count, std::int32_t* bin, double* inside,
-                                              std::int32_t* step) {
+                                              std::size_t count, std::int32_t* bin, double* inside) {
   for (std::size_t n = 0; n < count; ++n) {
     const double u = (p[3 * n] - origin) / edge;
     const double whole = floor_of(u);
-    const double within = u - whole - 0.5;
     bin[n] = static_cast<std::int32_t>(whole - from);
-    inside[n] = within;
-    step[n] = static_cast<std::int32_t>(floor_of(within * 1024 + 0.5));
+    inside[n] = u - whole - 0.5;
   }
+}
+
+[[gnu::always_inline]] inline std::uint32_t step_of(double within) {
+  return static_cast<std::uint32_t>(static_cast<std::int32_t>(floor_of(within * 1024 + 0.5)));
 }
 
 /// starts[n]: point n does not lie in the bin of point n - 1.
@@ -63,15 +64,14 @@ SCANMILL_WIDE void extremes(const double* p, std::size_t rounds, double* low, do
 [[gnu::always_inline]] inline void place_points(const double* p, const double* origin, const double* from, double edge,
                                                 std::size_t count, Placed& placed) {
   for (int k = 0; k < 3; ++k)
-    place_axis(p + k, origin[k], edge, from[k], count, &placed.bin[k][0], &placed.inside[k][0], &placed.step[k][0]);
+    place_axis(p + k, origin[k], edge, from[k], count, &placed.bin[k][0], &placed.inside[k][0]);
   const double *x = &placed.inside[0][0], *y = &placed.inside[1][0], *z = &placed.inside[2][0];
   double* score = &placed.score[0];
-  for (std::size_t n = 0; n < count; ++n) score[n] = x[n] * x[n] + y[n] * y[n] + z[n] * z[n];
-  const std::int32_t *a = &placed.step[0][0], *b = &placed.step[1][0], *c = &placed.step[2][0];
   std::uint32_t* steps = &placed.steps[0];
   for (std::size_t n = 0; n < count; ++n) {
-    steps[2 * n] = (static_cast<std::uint32_t>(a[n]) & 0xffffu) | (static_cast<std::uint32_t>(b[n]) << 16);
-    steps[2 * n + 1] = (static_cast<std::uint32_t>(c[n]) & 0xffffu) | 0x10000u;
+    score[n] = x[n] * x[n] + y[n] * y[n] + z[n] * z[n];
+    steps[2 * n] = (step_of(x[n]) & 0xffffu) | (step_of(y[n]) << 16);
+    steps[2 * n + 1] = (step_of(z[n]) & 0xffffu) | 0x10000u;
   }
   mark_starts(count, placed);
 }

@@ -27,7 +27,7 @@ struct Placed {
   std::array<std::int32_t, kTile> slots;
   // Between the loops.
   alignas(64) std::array<double, kTile> inside[3];  // in bin edges about the bin's centre, [-1/2, 1/2)
-  alignas(64) std::array<std::int32_t, kTile> bin[3], step[3];
+  alignas(64) std::array<std::int32_t, kTile> bin[3];
   alignas(64) std::array<std::uint8_t, kTile> starts;
 };
 
