@@ -3,11 +3,9 @@
 
 #include <algorithm>
 #include <array>
-#include <atomic>
-#include <limits>
-#include <mutex>
 #include <span>
 
+#include "cloud/over_blocks.hpp"
 #include "reduce/placing.hpp"
 
 namespace scanmill::reduce {
@@ -19,45 +17,6 @@ constexpr double kMaxLocal = 1 << 30;
 std::int64_t floor_to_int(double u) {
   const auto i = static_cast<std::int64_t>(u);
   return i - (u < static_cast<double>(i));
-}
-
-/// The first failure in block order, so that the message does not depend on threads: blocks behind a failed one are
-/// skipped, those before it are still read.
-class FirstError {
- public:
-  void report(std::size_t block, Error error) {
-    std::lock_guard<std::mutex> guard(mutex_);
-    if (block >= block_.load(std::memory_order_relaxed)) return;
-    error_ = std::move(error);
-    block_.store(block, std::memory_order_relaxed);
-  }
-  bool is_before(std::size_t block) const { return block_.load(std::memory_order_relaxed) < block; }
-  Result<void> take(const Context& context) {
-    if (block_.load(std::memory_order_relaxed) != kNone) return std::move(error_);
-    if (context.cancel.is_set()) return fail(Code::Cancelled, "stopped on request");
-    return {};
-  }
-
- private:
-  static constexpr std::size_t kNone = std::numeric_limits<std::size_t>::max();
-  std::mutex mutex_;
-  Error error_;
-  std::atomic<std::size_t> block_{kNone};
-};
-
-/// Reads every block once, on all workers; body(worker, block) sees a private buffer.
-template <class Body>
-Result<void> over_blocks(const PointSource& points, const Context& context, Body body) {
-  FirstError first;
-  std::vector<PointBlock> buffers(static_cast<std::size_t>(context.loop.threads()));
-  context.loop.run(points.block_count(), [&](std::size_t number, int worker) {
-    if (context.cancel.is_set() || first.is_before(number)) return;
-    PointBlock& block = buffers[static_cast<std::size_t>(worker)];
-    auto read = points.read_block(number, block);
-    if (read.ok()) read = body(worker, block);
-    if (!read.ok()) first.report(number, std::move(read).error());
-  });
-  return first.take(context);
 }
 
 void add_counts(ReadCounts& counts, const PointBlock& block) {
