@@ -58,6 +58,19 @@ void over_tiles(const LocalFrame& frame, const PointBlock& block, Placed& placed
 std::span<const LocalBin> run_bins(const Placed& placed) { return std::span(placed.bins).first(placed.runs); }
 std::span<std::int32_t> run_slots(Placed& placed) { return std::span(placed.slots).first(placed.runs); }
 
+/// body.operator()<n>(place in by_length) for the runs of n points, with n = 0 for the long ones.
+template <class Body>
+void over_lengths(const Placed& placed, Body body) {
+  auto of_length = [&]<std::size_t kLength>() {
+    constexpr std::size_t kClass = kLength > 0 ? kLength : Placed::kLong;
+    for (std::size_t n = placed.of_length[kClass]; n < placed.of_length[kClass + 1]; ++n)
+      body.template operator()<kLength>(n);
+  };
+  [&]<std::size_t... kLength>(std::index_sequence<kLength...>) { (of_length.template operator()<kLength + 1>(), ...); }
+  (std::make_index_sequence<Placed::kLong - 1>());
+  of_length.template operator()<0>();
+}
+
 /// Two cache lines per bin: its nearest point and its sums.
 struct alignas(64) Cell {
   double score = 1e300;
@@ -116,16 +129,20 @@ void bin_block(const LocalFrame& frame, const PointBlock& block, PassOne& pass) 
       __builtin_prefetch(cell, 1);
       __builtin_prefetch(cell + 64, 1);
     };
-    for (std::size_t run = 0; run < std::min(kAhead, placed.runs); ++run) fetch(run);
-    for (std::size_t run = 0; run < placed.runs; ++run) {
-      if (run + kAhead < placed.runs) fetch(run + kAhead);
+    for (std::size_t n = 0; n < std::min(kAhead, placed.runs); ++n) fetch(placed.by_length[n]);
+    over_lengths(placed, [&]<std::size_t kLength>(std::size_t n) {
+      if (n + kAhead < placed.runs) fetch(placed.by_length[n + kAhead]);
+      const std::size_t run = placed.by_length[n], begin = placed.first[run];
+      const std::size_t count = kLength > 0 ? kLength : placed.first[run + 1] - begin;
       Cell& cell = cells[placed.slots[run]];
-      const std::size_t begin = placed.first[run], end = placed.first[run + 1];
-      for (std::size_t i = begin; i < end; ++i)
+      cell.sums.add(placed, begin, count);
+      double least = placed.score[begin];
+      for (std::size_t i = 1; i < count; ++i) least = std::min(least, placed.score[begin + i]);
+      if (least > cell.score) return;
+      for (std::size_t i = begin; i < begin + count; ++i)
         if (placed.score[i] <= cell.score)
           keep_better(cell, {placed.score[i], block.positions[first + i], {block.view, block.rows[first + i]}});
-      cell.sums.add(placed, begin, end);
-    }
+    });
     if (!seen) return;
     pass.directions.resize(pass.cells.size());
     for (std::size_t run = 0; run < placed.runs; ++run)

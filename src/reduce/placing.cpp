@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "reduce/placing.hpp"
 
-#include <emmintrin.h>
-
+#include <algorithm>
 #include <bit>
 #include <cstring>
 
@@ -103,12 +102,28 @@ void cut_into_runs(std::size_t count, Placed& placed) {
   placed.runs = runs;
 }
 
+/// Loops over the points of a run end where nobody can guess, which costs more than the points. Runs of one length
+/// together do not.
+void order_by_length(Placed& placed) {
+  constexpr std::size_t kLong = Placed::kLong;
+  std::array<std::uint16_t, kLong + 2> next{};
+  auto length_class = [&](std::size_t run) {
+    return std::min<std::size_t>(placed.first[run + 1] - placed.first[run], kLong);
+  };
+  for (std::size_t run = 0; run < placed.runs; ++run) ++next[length_class(run) + 1];
+  for (std::size_t n = 1; n < next.size(); ++n) next[n] = static_cast<std::uint16_t>(next[n] + next[n - 1]);
+  placed.of_length = next;
+  for (std::size_t run = 0; run < placed.runs; ++run)
+    placed.by_length[next[length_class(run)]++] = static_cast<std::uint16_t>(run);
+}
+
 template <class Body>
 void place_with(Body body, const Lattice& lattice, const BinKey& base, std::span<const Vec3> points, Placed& placed) {
   const double origin[3] = {lattice.origin.x, lattice.origin.y, lattice.origin.z};
   const double from[3] = {static_cast<double>(base.i), static_cast<double>(base.j), static_cast<double>(base.k)};
   if (!points.empty()) body(&points[0].x, origin, from, lattice.edge_mm, points.size(), placed);
   cut_into_runs(points.size(), placed);
+  order_by_length(placed);
 }
 
 }  // namespace
@@ -134,32 +149,6 @@ void place(const Lattice& lattice, const BinKey& base, std::span<const Vec3> poi
 
 void place_plain(const Lattice& lattice, const BinKey& base, std::span<const Vec3> points, Placed& placed) {
   place_with(place_narrow, lattice, base, points, placed);
-}
-
-/// Two points in one register as x x y y z z 1 1; a product of pairs of int16 then sums over both. A tile's sums stay
-/// below 2^27.
-void WholeSums::add(const Placed& placed, std::size_t begin, std::size_t end) {
-  const std::uint32_t* steps = placed.steps.data();
-  auto load = [&](std::size_t n) { return _mm_loadl_epi64(reinterpret_cast<const __m128i*>(steps + 2 * n)); };
-  const __m128i ones = _mm_set1_epi16(1);
-  __m128i squares = _mm_setzero_si128(), mixed = squares, plain = squares;
-  auto take = [&](__m128i pair) {
-    const __m128i turned = _mm_shuffle_epi32(pair, _MM_SHUFFLE(3, 0, 2, 1));
-    squares = _mm_add_epi32(squares, _mm_madd_epi16(pair, pair));  // xx yy zz n
-    mixed = _mm_add_epi32(mixed, _mm_madd_epi16(pair, turned));    // xy yz zx n
-    plain = _mm_add_epi32(plain, _mm_madd_epi16(pair, ones));      // x y z n
-  };
-  std::size_t n = begin;
-  for (; n + 2 <= end; n += 2) take(_mm_unpacklo_epi16(load(n), load(n + 1)));
-  if (n < end) take(_mm_unpacklo_epi16(load(n), _mm_setzero_si128()));
-  auto low = [](__m128i v) { return _mm_cvtepi32_pd(v); };
-  auto high = [](__m128i v) { return _mm_cvtepi32_pd(_mm_shuffle_epi32(v, 0xee)); };
-  auto sum = [](double* at, __m128d v) { _mm_store_pd(at, _mm_add_pd(_mm_load_pd(at), v)); };
-  sum(&xx, low(squares));
-  sum(&zz, high(squares));
-  sum(&xy, low(mixed));
-  sum(&xz, _mm_unpacklo_pd(high(mixed), high(plain)));
-  sum(&x, low(plain));
 }
 
 void WholeSums::add(const WholeSums& other) {

@@ -57,7 +57,7 @@ TEST(Placing, FollowsThePlainFormulas) {
     double s[3];
     for (int k = 0; k < 3; ++k) s[k] = std::floor(u[k] * 1024 + 0.5);
     WholeSums one;
-    one.add(*placed, n, n + 1);
+    one.add(*placed, n, 1);
     EXPECT_EQ(one.count, 1);
     EXPECT_EQ(one.x, s[0]);
     EXPECT_EQ(one.y, s[1]);
@@ -74,7 +74,7 @@ TEST(Placing, FollowsThePlainFormulas) {
     WholeSums whole;
     whole.add(*placed, 0, end);
     if (end < 256) {
-      whole.add(*placed, end, 256);
+      whole.add(*placed, end, 256 - end);
     }
     EXPECT_EQ(whole.xx, sums.xx);
     EXPECT_EQ(whole.yz, sums.yz);
