@@ -4,42 +4,20 @@
 //              [--stl OUT] [--kept OUT.ply] [--rivals DIR]
 // The mesh of every repetition must be the same and sound; medians of CPU seconds are printed. --rivals runs
 // DIR/cgal_mesh --method advancing_front on the kept points in between, so that both meet the same machine.
-#include <sys/resource.h>
-
-#include <algorithm>
-#include <chrono>
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
 #include <map>
 #include <string>
 
+#include "bench/measure.hpp"
 #include "export/writers.hpp"
-#include "formats/view_reader.hpp"
 #include "pipeline/surface.hpp"
-#include "store/files.hpp"
 
 namespace {
 
 using namespace scanmill;
-
-double cpu_seconds() {
-  rusage usage{};
-  getrusage(RUSAGE_SELF, &usage);
-  return static_cast<double>(usage.ru_utime.tv_sec + usage.ru_stime.tv_sec) +
-         1e-6 * static_cast<double>(usage.ru_utime.tv_usec + usage.ru_stime.tv_usec);
-}
-
-double peak_mib() {
-  rusage usage{};
-  getrusage(RUSAGE_SELF, &usage);
-  return static_cast<double>(usage.ru_maxrss) / 1024;
-}
-
-double median(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  return values.empty() ? 0 : values[values.size() / 2];
-}
+using namespace scanmill::bench;
 
 /// CPU seconds from one announced stage to the next.
 class StageClock final : public Progress {
@@ -60,11 +38,9 @@ class StageClock final : public Progress {
   double since_ = 0;
 };
 
-struct Options {
-  std::string file, rivals, stl, kept;
+struct Options : CommandLine {
+  std::string rivals, stl, kept;
   pipeline::What what;
-  int threads = 1, repeat = 5;
-  bool json = false;
 };
 
 int usage() {
@@ -75,52 +51,27 @@ int usage() {
   return 2;
 }
 
-bool parse(int argc, char** argv, Options& options) {
-  for (int i = 1; i < argc; ++i) {
-    const std::string word = argv[i];
-    if (word == "--json") {
-      options.json = true;
-    } else if (word.starts_with("--")) {
-      if (i + 1 == argc) return false;
-      const std::string value = argv[++i];
-      if (word == "--bin")
-        options.what.lattice.bin_mm = std::atof(value.c_str());
-      else if (word == "--threads")
-        options.threads = std::max(1, std::atoi(value.c_str()));
-      else if (word == "--repeat")
-        options.repeat = std::max(1, std::atoi(value.c_str()));
-      else if (word == "--rivals")
-        options.rivals = value;
-      else if (word == "--stl")
-        options.stl = value;
-      else if (word == "--kept")
-        options.kept = value;
-      else if (word == "--engine")
-        options.what.grow.engine = value == "front" ? Engine::Front : Engine::Stars;
-      else if (word == "--profile" && value == "paper") {
-        options.what.reduce = reduce::Params::paper();
-        options.what.grow.range_bins = 2;
-        options.what.lattice.origin = reduce::Origin::Bounds;
-      } else if (word != "--profile")
-        return false;
-    } else {
-      options.file = word;
+bool parse_options(int argc, char** argv, Options& o) {
+  const auto engine = [&](const std::string& value) {
+    o.what.grow.engine = value == "front" ? Engine::Front : Engine::Stars;
+    return value == "front" || value == "stars";
+  };
+  const auto profile = [&](const std::string& value) {
+    if (value == "paper") {
+      o.what.reduce = reduce::Params::paper();
+      o.what.grow.range_bins = 2;
+      o.what.lattice.origin = reduce::Origin::Bounds;
     }
-  }
-  return !options.file.empty() && options.what.lattice.bin_mm.has_value();
-}
-
-Result<std::vector<Vec3>> read_points(const std::string& file) {
-  TRY_ASSIGN(std::shared_ptr<const ByteSource> source, store::open_file(file, file));
-  TRY_ASSIGN(const auto reader, formats::open_view(source));
-  std::vector<Vec3> points;
-  PointBlock block;
-  for (std::size_t b = 0; b < reader->block_count(); ++b) {
-    block.clear();
-    TRY(reader->read_block(b, block));
-    points.insert(points.end(), block.positions.begin(), block.positions.end());
-  }
-  return points;
+    return value == "paper" || value == "scan";
+  };
+  return o.parse(argc, argv,
+                 {{"--bin", number_into(o.what.lattice.bin_mm)},
+                  {"--engine", engine},
+                  {"--profile", profile},
+                  {"--stl", text_into(o.stl)},
+                  {"--kept", text_into(o.kept)},
+                  {"--rivals", text_into(o.rivals)}}) &&
+         !o.file.empty() && o.what.lattice.bin_mm.has_value();
 }
 
 std::size_t write_kept(const reduce::ReducedCloud& cloud, const std::string& file) {
@@ -156,13 +107,8 @@ Result<void> write_stl(const Mesh& mesh, const std::string& file) {
   return sink->commit();
 }
 
-int failed(const Error& error) {
-  std::fprintf(stderr, "bench_mesh: %s\n", error.text().c_str());
-  return 1;
-}
-
 void print(const Options& options, const pipeline::MeshedSurface& mesh, std::size_t kept, double reduce_cpu,
-           std::map<std::string, std::vector<double>>& stages, double wall, double rival) {
+           const std::map<std::string, std::vector<double>>& stages, double wall, double rival) {
   double cpu = 0;
   for (const auto& [name, times] : stages) cpu += median(times);
   const TopologyCounts counts = topology_of(mesh.mesh);
@@ -188,50 +134,43 @@ void print(const Options& options, const pipeline::MeshedSurface& mesh, std::siz
   std::printf(options.json ? "}\n" : "");
 }
 
-int run(const Options& options) {
+Result<void> run(const Options& options) {
   const ChunkLoop loop(options.threads);
   const CancelFlag cancel;
   const Context context{loop, cancel};
-  auto points = read_points(options.file);
-  if (!points) return failed(points.error());
-  const MemoryPoints source(std::move(*points));
+  TRY_ASSIGN(auto points, read_points(options.file));
+  const MemoryPoints source(std::move(points));
   const double start = cpu_seconds();
-  const auto reduced = reduce::reduce_cloud(source, options.what.lattice, options.what.reduce, context);
-  if (!reduced) return failed(reduced.error());
+  TRY_ASSIGN(const auto reduced, reduce::reduce_cloud(source, options.what.lattice, options.what.reduce, context));
   const double reduce_cpu = cpu_seconds() - start;
   const std::string kept_file = !options.kept.empty() ? options.kept : options.file + ".kept.ply";
-  std::size_t kept = reduced->report.kept;
-  if (!options.rivals.empty() || !options.kept.empty()) kept = write_kept(reduced->cloud, kept_file);
+  std::size_t kept = reduced.report.kept;
+  if (!options.rivals.empty() || !options.kept.empty()) kept = write_kept(reduced.cloud, kept_file);
   std::map<std::string, std::vector<double>> stages;
   std::vector<double> walls, rivals;
   std::optional<pipeline::MeshedSurface> first;
   for (int n = 0; n < options.repeat; ++n) {
     StageClock clock;
-    const auto began = std::chrono::steady_clock::now();
-    auto mesh = pipeline::mesh_surface(reduced->cloud, reduced->report.bounds, options.what, context, clock);
-    walls.push_back(std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count());
+    const double began = wall_seconds();
+    TRY_ASSIGN(auto mesh, pipeline::mesh_surface(reduced.cloud, reduced.report.bounds, options.what, context, clock));
+    walls.push_back(wall_seconds() - began);
     clock.stop();
-    if (!mesh) return failed(mesh.error());
     for (const auto& [name, spent] : clock.spent) stages[name].push_back(spent);
-    if (first && first->mesh.triangles != mesh->mesh.triangles)
-      return failed(fail(Code::Internal, "two runs gave two meshes"));
-    if (!first) first = std::move(*mesh);
+    if (first && first->mesh.triangles != mesh.mesh.triangles) return fail(Code::Internal, "two runs gave two meshes");
+    if (!first) first = std::move(mesh);
     if (!options.rivals.empty()) rivals.push_back(run_rival(options.rivals, kept_file));
   }
   const TopologyCounts counts = topology_of(first->mesh);
   if (counts.nonmanifold_edges + counts.nonmanifold_vertices + counts.misoriented_edges > 0)
-    return failed(fail(Code::Internal, "the mesh is not an oriented manifold"));
-  if (!options.stl.empty()) {
-    if (const auto written = write_stl(first->mesh, options.stl); !written) return failed(written.error());
-  }
+    return fail(Code::Internal, "the mesh is not an oriented manifold");
+  if (!options.stl.empty()) TRY(write_stl(first->mesh, options.stl));
   print(options, *first, kept, reduce_cpu, stages, median(walls), median(rivals));
-  return 0;
+  return {};
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
   Options options;
-  if (!parse(argc, argv, options)) return usage();
-  return run(options);
+  return parse_options(argc, argv, options) ? exit_code("bench_mesh", run(options)) : usage();
 }

@@ -1,87 +1,49 @@
 // SPDX-License-Identifier: Apache-2.0
 // How fast is reduction, whole process: open, read, bin, frames, thin?   See bench/README.md.
-#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <algorithm>
-#include <chrono>
 #include <cstdio>
-#include <cstdlib>
 #include <filesystem>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "base/context.hpp"
 #include "base/random.hpp"
+#include "bench/measure.hpp"
 #include "pipeline/scan_points.hpp"
 #include "reduce/reduce.hpp"
 
 namespace {
 
 using namespace scanmill;
+using namespace scanmill::bench;
 
-struct Options {
-  std::string file, rivals;
+struct Options : CommandLine {
+  std::string rivals;
   double bin_mm = 0.36;
-  int threads = 1, repeat = 3;
-  bool json = false;
   reduce::Params params;
 };
 
-double seconds(const timeval& t) { return static_cast<double>(t.tv_sec) + static_cast<double>(t.tv_usec) * 1e-6; }
-double cpu_of(const rusage& use) { return seconds(use.ru_utime) + seconds(use.ru_stime); }
-rusage own_use() {
-  rusage use{};
-  getrusage(RUSAGE_SELF, &use);
-  return use;
-}
-double wall() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
-double median(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  return values[values.size() / 2];
+int usage() {
+  std::fputs(
+      "bench_reduce [FILE] [--bin H] [--threads N] [--repeat R] [--representative centre|surface] [--json] "
+      "[--rivals DIR, in a build with -DSCANMILL_RIVALS=ON]\n",
+      stderr);
+  return 2;
 }
 
-[[noreturn]] void stop(const std::string& text, int code) {
-  std::fprintf(stderr, "bench_reduce: %s\n", text.c_str());
-  std::exit(code);
-}
-
-Options parse(int argc, char** argv) {
-  Options o;
+bool parse_options(int argc, char** argv, Options& o) {
   o.params.representative = reduce::Representative::Centre;
-  for (int i = 1; i < argc; ++i) {
-    const std::string_view word = argv[i];
-    auto value = [&]() -> const char* {
-      if (++i == argc) stop(std::string(word) + " wants a value", 2);
-      return argv[i];
-    };
-    if (word == "--bin")
-      o.bin_mm = std::atof(value());
-    else if (word == "--threads")
-      o.threads = std::max(1, std::atoi(value()));
-    else if (word == "--repeat")
-      o.repeat = std::max(1, std::atoi(value()));
-    else if (word == "--json")
-      o.json = true;
-    else if (word == "--representative") {
-      const std::string_view rule = value();
-      if (rule != "centre" && rule != "surface") stop("--representative wants centre or surface", 2);
-      o.params.representative = rule == "centre" ? reduce::Representative::Centre : reduce::Representative::Surface;
-    } else if (word == "--rivals") {
+  const auto rule = [&](const std::string& value) {
+    if (value == "surface") o.params.representative = reduce::Representative::Surface;
+    return value == "centre" || value == "surface";
+  };
+  CommandLine::Options takes = {{"--bin", number_into(o.bin_mm)}, {"--representative", rule}};
 #ifdef SCANMILL_RIVALS
-      o.rivals = value();
-#else
-      stop("--rivals needs a build with -DSCANMILL_RIVALS=ON", 2);
+  takes["--rivals"] = text_into(o.rivals);
 #endif
-    } else if (word.substr(0, 2) == "--")
-      stop("unknown option " + std::string(word), 2);
-    else
-      o.file = word;
-  }
-  if (!(o.bin_mm > 0)) stop("--bin wants a bin edge above 0 mm", 2);
-  return o;
+  return o.parse(argc, argv, takes);
 }
 
 /// A million points on a sphere of 50 mm, along scan lines, 25 um noise.
@@ -111,31 +73,26 @@ Result<std::unique_ptr<PointSource>> open(const Options& o) {
   return std::unique_ptr<PointSource>(std::move(points));
 }
 
-struct Timing {
-  std::vector<double> cpu, wall;
-};
-
 Result<reduce::Reduction> run_once(const Options& o, Timing& timing) {
   const ChunkLoop loop(o.threads);
   const CancelFlag cancel;
-  const double c = cpu_of(own_use()), w = wall();
+  timing.start();
   TRY_ASSIGN(const auto points, open(o));
   reduce::LatticeParams lattice;
   lattice.bin_mm = o.bin_mm;
   TRY_ASSIGN(auto reduction, reduce::reduce_cloud(*points, lattice, o.params, {loop, cancel}));
-  timing.cpu.push_back(cpu_of(own_use()) - c);
-  timing.wall.push_back(wall() - w);
+  timing.stop();
   return reduction;
 }
 
-void check(const reduce::Reduction& r) {
+Result<void> check(const reduce::Reduction& r) {
   std::uint64_t sum = 0;
   for (const std::int64_t count : r.cloud.counts) sum += static_cast<std::uint64_t>(count);
   const reduce::Report& p = r.report;
   if (sum != p.points_used || p.points_used + p.not_finite + p.sensor_invalid != p.points_read)
-    stop("wrong result: the bins hold " + std::to_string(sum) + " points, " + std::to_string(p.points_used) +
-             " were used",
-         1);
+    return fail(Code::Internal,
+                "the bins hold " + std::to_string(sum) + " points, " + std::to_string(p.points_used) + " were used");
+  return {};
 }
 
 /// CPU seconds of a rival's whole process, or a negative number when it is not there or fails.
@@ -153,12 +110,12 @@ double rival_cpu(const std::string& program, const Options& o, const std::string
   int status = 0;
   rusage use{};
   if (child < 0 || wait4(child, &status, 0, &use) < 0 || !WIFEXITED(status) || WEXITSTATUS(status) != 0) return -1;
-  return cpu_of(use);
+  return cpu_seconds(use);
 }
 
-void run_rivals(const Options& o, double ours) {
-  if (o.rivals.empty()) return;
-  if (o.file.empty()) stop("--rivals needs a file that all read", 2);
+Result<void> run_rivals(const Options& o, double ours) {
+  if (o.rivals.empty()) return {};
+  if (o.file.empty()) return fail(Code::BadInput, "--rivals needs a file that all read");
   const std::string out =
       (std::filesystem::temp_directory_path() / ("bench_reduce_" + std::to_string(getpid()) + ".ply")).string();
   for (const char* name : {"pcl_reduce", "o3d_reduce", "cgal_reduce"}) {
@@ -173,11 +130,12 @@ void run_rivals(const Options& o, double ours) {
       std::printf("%-12s %.3f CPU s, %.2f of ours\n", name, theirs, theirs / ours);
   }
   std::filesystem::remove(out);
+  return {};
 }
 
 void print(const Options& o, const reduce::Report& p, double cpu, double wall_s) {
   const double points = static_cast<double>(p.points_read), bins = static_cast<double>(p.bins);
-  const double rate = points / cpu, peak_mb = static_cast<double>(own_use().ru_maxrss) / 1024;
+  const double rate = points / cpu, peak_mb = peak_mib();
   const double index = static_cast<double>(p.index_bytes) / bins, records = static_cast<double>(p.record_bytes) / bins;
   const char* rule = o.params.representative == reduce::Representative::Centre ? "centre" : "surface";
   if (o.json) {
@@ -196,20 +154,21 @@ void print(const Options& o, const reduce::Report& p, double cpu, double wall_s)
   std::printf("bytes per bin: %.1f (index %.1f, records %.1f)\n", index + records, index, records);
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
-  const Options o = parse(argc, argv);
+Result<void> run(const Options& o) {
   Timing timing;
   reduce::Report report;
   for (int i = 0; i < o.repeat; ++i) {
-    const auto reduction = run_once(o, timing);
-    if (!reduction.ok()) stop(reduction.error().text(), 1);
-    check(*reduction);
-    report = reduction->report;
+    TRY_ASSIGN(const auto reduction, run_once(o, timing));
+    TRY(check(reduction));
+    report = reduction.report;
   }
-  const double cpu = median(timing.cpu);
-  print(o, report, cpu, median(timing.wall));
-  run_rivals(o, cpu);
-  return 0;
+  print(o, report, timing.cpu(), timing.wall());
+  return run_rivals(o, timing.cpu());
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  Options options;
+  return parse_options(argc, argv, options) ? exit_code("bench_reduce", run(options)) : usage();
 }

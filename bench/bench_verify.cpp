@@ -1,113 +1,33 @@
 // SPDX-License-Identifier: Apache-2.0
 // How fast is a mesh judged against every point of its cloud, and by itself?
-//   bench_verify FILE.ply --bin H [--mesh FILE.stl] [--threads N] [--repeat R] [--json]
+//   bench_verify FILE.ply --bin H [--mesh FILE] [--threads N] [--repeat R] [--json]
 // Without --mesh the cloud is reduced and meshed first (not timed), and errors per vertex are part of the work. Every
 // repetition must find the same; medians of CPU and wall seconds are printed, with what was found.
-#include <sys/resource.h>
-
-#include <algorithm>
-#include <chrono>
 #include <cstdio>
-#include <cstdlib>
-#include <numeric>
 #include <string>
 
-#include "export/writers.hpp"
-#include "formats/view_reader.hpp"
+#include "bench/measure.hpp"
 #include "pipeline/surface.hpp"
-#include "store/files.hpp"
 #include "verify/verify.hpp"
 
 namespace {
 
 using namespace scanmill;
+using namespace scanmill::bench;
 
-double cpu_seconds() {
-  rusage usage{};
-  getrusage(RUSAGE_SELF, &usage);
-  return static_cast<double>(usage.ru_utime.tv_sec + usage.ru_stime.tv_sec) +
-         1e-6 * static_cast<double>(usage.ru_utime.tv_usec + usage.ru_stime.tv_usec);
-}
-
-double peak_mib() {
-  rusage usage{};
-  getrusage(RUSAGE_SELF, &usage);
-  return static_cast<double>(usage.ru_maxrss) / 1024;
-}
-
-double median(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  return values.empty() ? 0 : values[values.size() / 2];
-}
-
-struct Options {
-  std::string file, mesh;
+struct Options : CommandLine {
+  std::string mesh;
   pipeline::What what;
-  int threads = 1, repeat = 5;
-  bool json = false;
 };
 
 int usage() {
-  std::fputs("bench_verify FILE.ply --bin H [--mesh FILE.stl] [--threads N] [--repeat R] [--json]\n", stderr);
+  std::fputs("bench_verify FILE.ply --bin H [--mesh FILE] [--threads N] [--repeat R] [--json]\n", stderr);
   return 2;
 }
 
-bool parse(int argc, char** argv, Options& options) {
-  for (int i = 1; i < argc; ++i) {
-    const std::string word = argv[i];
-    if (word == "--json") {
-      options.json = true;
-    } else if (word.starts_with("--")) {
-      if (i + 1 == argc) return false;
-      const std::string value = argv[++i];
-      if (word == "--bin")
-        options.what.lattice.bin_mm = std::atof(value.c_str());
-      else if (word == "--mesh")
-        options.mesh = value;
-      else if (word == "--threads")
-        options.threads = std::max(1, std::atoi(value.c_str()));
-      else if (word == "--repeat")
-        options.repeat = std::max(1, std::atoi(value.c_str()));
-      else
-        return false;
-    } else {
-      options.file = word;
-    }
-  }
-  return !options.file.empty() && options.what.lattice.bin_mm.has_value();
-}
-
-Result<std::vector<Vec3>> read_points(const std::string& file) {
-  TRY_ASSIGN(std::shared_ptr<const ByteSource> source, store::open_file(file, file));
-  TRY_ASSIGN(const auto reader, formats::open_view(source));
-  std::vector<Vec3> points;
-  PointBlock block;
-  for (std::size_t b = 0; b < reader->block_count(); ++b) {
-    block.clear();
-    TRY(reader->read_block(b, block));
-    points.insert(points.end(), block.positions.begin(), block.positions.end());
-  }
-  return points;
-}
-
-/// Corners in one place become one vertex.
-Result<Mesh> read_mesh(const std::string& file) {
-  TRY_ASSIGN(std::shared_ptr<const ByteSource> source, store::open_file(file, file));
-  TRY_ASSIGN(const auto corners, exporting::read_stl(*source));
-  std::vector<std::uint32_t> order(3 * corners.size());
-  std::iota(order.begin(), order.end(), 0u);
-  auto place = [&](std::uint32_t c) {
-    const float* at = &corners[c / 3][3 * (c % 3)];
-    return Vec3{static_cast<double>(at[0]), static_cast<double>(at[1]), static_cast<double>(at[2])};
-  };
-  std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) { return before(place(a), place(b)); });
-  Mesh mesh;
-  mesh.triangles.resize(corners.size());
-  for (std::size_t i = 0; i < order.size(); ++i) {
-    if (i == 0 || before(place(order[i - 1]), place(order[i]))) mesh.positions.push_back(place(order[i]));
-    mesh.triangles[order[i] / 3][order[i] % 3] = static_cast<std::uint32_t>(mesh.positions.size() - 1);
-  }
-  return mesh;
+bool parse_options(int argc, char** argv, Options& o) {
+  return o.parse(argc, argv, {{"--bin", number_into(o.what.lattice.bin_mm)}, {"--mesh", text_into(o.mesh)}}) &&
+         !o.file.empty() && o.what.lattice.bin_mm.has_value();
 }
 
 /// What is judged.
@@ -137,7 +57,7 @@ Result<void> make_subject(const Options& options, const PointSource& points, con
 }
 
 struct Times {
-  std::vector<double> quality_cpu, quality_wall, verify_cpu, verify_wall;
+  Timing quality, verify;
 };
 
 void print_quality(const verify::Quality& q) {
@@ -171,22 +91,22 @@ void print_quality(const verify::Quality& q) {
 }
 
 void print(const Options& options, const verify::Quality& q, const verify::Report& r, const Times& times) {
-  const double cpu = median(times.verify_cpu), quality = median(times.quality_cpu);
+  const double cpu = times.verify.cpu(), quality = times.quality.cpu();
   const double rate = static_cast<double>(r.all.count) / cpu;
   const double triangles = static_cast<double>(q.topology.triangles) / quality;
   if (!options.json) {
     std::printf("%llu points, %llu triangles, %d threads\n", static_cast<unsigned long long>(r.all.count),
                 static_cast<unsigned long long>(q.topology.triangles), options.threads);
     std::printf("distances %.4f CPU s, %.4f s wall, %.0f points per CPU s: rms %.6f, p99 %.6f, max %.6f mm\n", cpu,
-                median(times.verify_wall), rate, r.all.rms_mm, r.all.percentiles->p99, r.all.max_mm);
+                times.verify.wall(), rate, r.all.rms_mm, r.all.percentiles->p99, r.all.max_mm);
     std::printf("quality %.4f CPU s, %.4f s wall, %.0f triangles per CPU s; peak %.0f MiB\n", quality,
-                median(times.quality_wall), triangles, peak_mib());
+                times.quality.wall(), triangles, peak_mib());
     return;
   }
   std::printf("{\"type\":\"bench_verify\",\"points\":%llu,\"threads\":%d,\"verify_cpu_s\":%.4f,\"verify_wall_s\":%.4f",
-              static_cast<unsigned long long>(r.all.count), options.threads, cpu, median(times.verify_wall));
+              static_cast<unsigned long long>(r.all.count), options.threads, cpu, times.verify.wall());
   std::printf(",\"points_per_cpu_s\":%.0f,\"quality_cpu_s\":%.4f,\"quality_wall_s\":%.4f,\"triangles_per_cpu_s\":%.0f",
-              rate, quality, median(times.quality_wall), triangles);
+              rate, quality, times.quality.wall(), triangles);
   std::printf(",\"to_mesh_mean\":%.12g,\"to_mesh_rms\":%.12g,\"to_mesh_p99\":%.12g,\"to_mesh_max\":%.12g",
               r.all.mean_mm, r.all.rms_mm, r.all.percentiles->p99, r.all.max_mm);
   std::printf(",\"open_border_points\":%llu,\"signed_mean\":%.12g,\"triangles_near\":%llu",
@@ -207,19 +127,13 @@ Result<void> run(const Options& options) {
   Times times;
   std::optional<verify::Report> first;
   std::optional<verify::Quality> quality;
-  const auto clock = [] {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-  };
   for (int n = 0; n < options.repeat; ++n) {
-    double cpu = cpu_seconds(), wall = clock();
+    times.quality.start();
     TRY_ASSIGN(auto looks, verify::quality_of(subject.mesh, context));
-    times.quality_cpu.push_back(cpu_seconds() - cpu);
-    times.quality_wall.push_back(clock() - wall);
-    cpu = cpu_seconds();
-    wall = clock();
+    times.quality.stop();
+    times.verify.start();
     TRY_ASSIGN(auto report, verify::verify_mesh(subject.mesh, source, subject.terms, {}, context));
-    times.verify_cpu.push_back(cpu_seconds() - cpu);
-    times.verify_wall.push_back(clock() - wall);
+    times.verify.stop();
     if (first && (first->all.rms_mm != report.all.rms_mm || first->all.max_mm != report.all.max_mm ||
                   quality->crossing_pairs != looks.crossing_pairs))
       return fail(Code::Internal, "two runs found two results");
@@ -234,8 +148,5 @@ Result<void> run(const Options& options) {
 
 int main(int argc, char** argv) {
   Options options;
-  if (!parse(argc, argv, options)) return usage();
-  const auto done = run(options);
-  if (!done) std::fprintf(stderr, "bench_verify: %s\n", done.error().text().c_str());
-  return done ? 0 : 1;
+  return parse_options(argc, argv, options) ? exit_code("bench_verify", run(options)) : usage();
 }
