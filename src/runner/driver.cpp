@@ -155,8 +155,16 @@ class Driver {
       const auto begin = Clock::now();
       console_.begin("[" + std::to_string(i + 1) + "/" + std::to_string(selection_.scans.size()) + "] " +
                      report_.scans[i].name);
+      const double cpu = cpu_seconds();
+      const std::string started = utc_now();
       const bool go_on = one_scan(selection_.scans[i], report_.scans[i], context);
-      report_.scans[i].seconds = seconds_since(begin);
+      ScanEntry& entry = report_.scans[i];
+      if (entry.attempts > 0) {
+        entry.started = started;
+        entry.ended = utc_now();
+      }
+      entry.seconds = seconds_since(begin);
+      entry.cpu_seconds = cpu_seconds() - cpu;
       report_.scans[i].peak_memory = peak_memory();
       console_.end();
       show_scan(report_.scans[i], tree_.root(), options_.explain, options_.dry_run, console_);
@@ -219,6 +227,7 @@ class Driver {
   /// One attempt, from an empty folder to the switch.
   Result<void> make(const SelectedScan& scan, const Fingerprint& fingerprint, ScanEntry& entry,
                     const Context& context) {
+    ++entry.attempts;
     TRY_ASSIGN(const auto log, begin_log(scan, entry));
     TRY_ASSIGN(const std::string folder, tree_.begin_attempt(scan.task.name));
     auto made = fill(scan, fingerprint, folder, entry, context, *log);
@@ -274,6 +283,7 @@ class Driver {
 
   bool failed(const Error& error, bool has_result, const Fingerprint* fingerprint, ScanEntry& entry) {
     entry.error = error;
+    entry.failure = class_of(error);
     entry.fate = error.code == Code::Cancelled ? ScanFate::Interrupted
                  : has_result                  ? ScanFate::Stale
                                                : ScanFate::Failed;

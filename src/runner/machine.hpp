@@ -18,6 +18,9 @@ std::string processor_name();
 /// Highest resident memory of this process so far.
 std::uint64_t peak_memory();
 
+/// User and system time of this process so far.
+double cpu_seconds();
+
 /// Caps the private memory of this process: an allocation beyond it fails, and the scan at hand with it.
 /// errors  BadUsage when the cap is below what the process needs by itself
 Result<void> cap_memory(std::uint64_t bytes);

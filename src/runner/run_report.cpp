@@ -15,6 +15,29 @@ const char* name_of(ScanFate fate) {
   return kNames[static_cast<std::size_t>(fate)];
 }
 
+const char* name_of(FailureClass failure) {
+  static constexpr const char* kNames[] = {"none", "bad_input", "resource", "transient", "cancelled", "internal"};
+  return kNames[static_cast<std::size_t>(failure)];
+}
+
+FailureClass class_of(const Error& error) {
+  switch (error.code) {
+    case Code::BadInput:
+    case Code::BadParameter:
+    case Code::BadUsage:
+    case Code::Unsupported:
+      return FailureClass::BadInput;
+    case Code::NoSpace:
+      return error.where == "memory" ? FailureClass::Resource : FailureClass::Transient;
+    case Code::IoFailed:
+      return FailureClass::Transient;
+    case Code::Cancelled:
+      return FailureClass::Cancelled;
+    default:
+      return FailureClass::Internal;
+  }
+}
+
 std::uint64_t RunReport::count(ScanFate fate) const {
   return static_cast<std::uint64_t>(
       std::count_if(scans.begin(), scans.end(), [&](const ScanEntry& entry) { return entry.fate == fate; }));
@@ -42,6 +65,8 @@ Node to_document(const ScanEntry& entry) {
     Node error = Node::map();
     error.set("code", scanmill::name_of(entry.error.code));
     error.set("text", entry.error.text());
+    error.set("class", name_of(entry.failure));
+    if (!entry.failed_stage.empty()) error.set("stage", entry.failed_stage);
     error.set("repeat", entry.repeat);
     node.set("error", std::move(error));
   }
@@ -53,7 +78,13 @@ Node to_document(const ScanEntry& entry) {
   node.set("files", texts(entry.files));
   if (!entry.record_identity.empty()) node.set("record", entry.record_identity);
   if (entry.counts.is_map()) node.set("counts", entry.counts);
+  if (entry.attempts > 0) {
+    node.set("attempts", entry.attempts);
+    node.set("started", entry.started);
+    node.set("ended", entry.ended);
+  }
   node.set("seconds", entry.seconds);
+  node.set("cpu_seconds", entry.cpu_seconds);
   Node stages = Node::map();
   for (const auto& [stage, seconds] : entry.stage_seconds) stages.set(stage, seconds);
   node.set("stage_seconds", std::move(stages));

@@ -12,6 +12,18 @@
 
 namespace scanmill::runner {
 
+/// What went wrong, by what should be done about it.
+enum class FailureClass {
+  None,
+  BadInput,   // never retried
+  Resource,   // memory; retried with more, up to the cap
+  Transient,  // a fault that may pass; retried after a while
+  Cancelled,
+  Internal,  // crash, hang, error in the program
+};
+const char* name_of(FailureClass failure);
+FailureClass class_of(const Error& error);
+
 enum class ScanFate {
   Pending,    // not reached
   Unchanged,  // an earlier result stands
@@ -31,10 +43,14 @@ struct ScanEntry {
   std::vector<std::string> notes;
   std::vector<std::string> failed_gates;  // of the result that stands
   Error error;                            // of Failed, Stale, Quarantined, Interrupted
-  std::string repeat;                     // the command that repeats this scan alone
-  double seconds = 0;
+  FailureClass failure = FailureClass::None;
+  std::string failed_stage;    // the stage that was running; empty when not known
+  std::string repeat;          // the command that repeats this scan alone
+  int attempts = 0;            // in this run
+  std::string started, ended;  // UTC; empty when it was not worked on
+  double seconds = 0, cpu_seconds = 0;
   std::vector<std::pair<std::string, double>> stage_seconds;
-  std::uint64_t peak_memory = 0;  // of the process when the scan ended
+  std::uint64_t peak_memory = 0;  // of the process that made it, when the scan ended
   document::Node counts;
   std::string record_identity;
   std::vector<std::string> files;  // relative to the output tree
