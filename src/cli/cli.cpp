@@ -23,18 +23,23 @@ namespace {
 
 runner::Stop g_stop;  // the one global: signal handlers take no argument
 
-extern "C" void on_signal(int signal) {
-  g_stop.signal.store(signal);
-  g_stop.flag.set();
+extern "C" void on_signal(int number) {
+  if (!g_stop.request(number)) return;
+  signal(number, SIG_DFL);
+  raise(number);
 }
 
-/// The first signal asks to stop at the next chunk; the second one ends the process at once.
+extern "C" void on_snapshot(int) { g_stop.snapshot.store(true); }
+
+/// Requests to stop are counted (runner::Stop); the one too many ends the process at once.
 void install_handlers() {
   struct sigaction action {};
   action.sa_handler = on_signal;
-  action.sa_flags = SA_RESTART | static_cast<int>(SA_RESETHAND);
+  action.sa_flags = SA_RESTART;
   sigemptyset(&action.sa_mask);
   for (const int signal : {SIGINT, SIGTERM}) sigaction(signal, &action, nullptr);
+  action.sa_handler = on_snapshot;
+  sigaction(SIGUSR1, &action, nullptr);
   ::signal(SIGPIPE, SIG_IGN);  // a reader that went away ends the messages, not the run
 }
 
@@ -84,6 +89,10 @@ void add_job_commands(CLI::App& app, Options& options) {
   run.add_option("--set", options.run.sets,
                  "key=value in the job's words, e.g. lattice.bin_mm=0.5; may be given again.")
       ->allow_extra_args(false);
+  run.add_option("--executor", options.run.executor,
+                 document::joined(runner::executor_words()) + "; the job's by default.")
+      ->check(
+          CLI::IsMember(std::vector<std::string>{runner::executor_words().begin(), runner::executor_words().end()}));
   run.add_flag("--dry-run", options.run.dry_run, "Say what would be done; write nothing.");
   run.add_flag("--explain", options.run.explain, "Say for every scan why it runs or is skipped.");
   CLI::App& init = command(app, options, "init", "Look at an archive and write a commented job for it.");

@@ -154,7 +154,7 @@ int run_check(const CommonOptions& common, const std::string& path, std::vector<
   return runner::kExitGood;
 }
 
-int run_run(const CommonOptions& common, runner::RunOptions options, const runner::Stop& stop) {
+int run_run(const CommonOptions& common, runner::RunOptions options, runner::Stop& stop) {
   const auto console_options = common.console();
   Console console(console_options ? *console_options : runner::ConsoleOptions{});
   if (!console_options) return complain(console, console_options.error());

@@ -20,9 +20,14 @@ Result<Node> PipelineWork::resolve(const Node& what, const std::string& name) co
   return pipeline::to_document(values);
 }
 
-Result<runner::Archive> PipelineWork::discover(const std::string& archive, const Node& what) {
+Result<runner::Archive> PipelineWork::discover(const std::string& archive, const Node& what,
+                                               const std::function<Node(const std::string& scan)>& what_for) {
   archive_ = archive;
-  TRY_ASSIGN(pipeline::Discovery found, pipeline::discover(archive, pipeline::discovery_keys(what)));
+  pipeline::DiscoveryKeys keys = pipeline::discovery_keys(what);
+  keys.vertices_of = [&](const std::string& scan) {
+    return pipeline::discovery_keys(what_for(scan)).mesh_vertices_as_scan;
+  };
+  TRY_ASSIGN(pipeline::Discovery found, pipeline::discover(archive, keys));
   scans_ = std::move(found.scans);
   runner::Archive result;
   result.notes = std::move(found.notes);
@@ -49,6 +54,34 @@ Result<runner::Fingerprint> PipelineWork::fingerprint(std::size_t scan, const No
   if (!spec.description.empty()) TRY(add(spec.description, false));
   for (const pipeline::ViewSpec& view : spec.views) TRY(add(view.path, view.missing));
   return result;
+}
+
+std::vector<std::string> PipelineWork::paths_of(std::size_t scan) const {
+  const pipeline::ScanSpec& spec = scans_[scan];
+  std::vector<std::string> paths;
+  if (!spec.description.empty()) paths.push_back(archive_ + "/" + spec.description);
+  for (const pipeline::ViewSpec& view : spec.views)
+    if (!view.missing) paths.push_back(archive_ + "/" + view.path);
+  return paths;
+}
+
+std::optional<runner::Fingerprint> PipelineWork::known_fingerprint(std::size_t scan, const Node& resolved) {
+  for (const std::string& path : paths_of(scan))
+    if (!hashes_.knows(path)) return std::nullopt;
+  auto known = fingerprint(scan, resolved);
+  if (!known) return std::nullopt;
+  return *std::move(known);
+}
+
+runner::InputLook PipelineWork::look_at(std::size_t scan) const {
+  runner::InputLook look;
+  for (const std::string& path : paths_of(scan)) {
+    const auto stamp = store::stamp_of(path);
+    if (!stamp) continue;
+    look.bytes += stamp->size;
+    look.newest_ns = std::max(look.newest_ns, stamp->mtime_ns);
+  }
+  return look;
 }
 
 Result<runner::Outcome> PipelineWork::run(std::size_t scan, const Node& resolved, const std::string& folder,

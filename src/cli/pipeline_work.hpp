@@ -20,14 +20,21 @@ class PipelineWork final : public runner::Work {
   void check_part(const document::Node& part, document::Problems& problems) const override;
   document::Node overlay(document::Node base, const document::Node& over) const override;
   Result<document::Node> resolve(const document::Node& what, const std::string& name) const override;
-  Result<runner::Archive> discover(const std::string& archive, const document::Node& what) override;
+  Result<runner::Archive> discover(const std::string& archive, const document::Node& what,
+                                   const std::function<document::Node(const std::string& scan)>& what_for) override;
   Result<runner::Fingerprint> fingerprint(std::size_t scan, const document::Node& resolved) override;
+  std::optional<runner::Fingerprint> known_fingerprint(std::size_t scan, const document::Node& resolved) override;
+  runner::InputLook look_at(std::size_t scan) const override;
   Result<runner::Outcome> run(std::size_t scan, const document::Node& resolved, const std::string& folder,
                               const Context& context, Progress& progress) override;
   void load_hashes(std::string_view text) override { hashes_.load(text); }
   std::string save_hashes() const override { return hashes_.save(); }
+  std::string save_hashes_of(std::size_t scan) const override { return hashes_.save(paths_of(scan)); }
 
  private:
+  /// Description and views that are there.
+  std::vector<std::string> paths_of(std::size_t scan) const;
+
   pipeline::RunFrame frame_;
   std::string archive_;
   std::vector<pipeline::ScanSpec> scans_;

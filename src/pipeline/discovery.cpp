@@ -202,10 +202,15 @@ class Finder {
     found_.scans.push_back(std::move(scan));
   }
 
+  bool takes_vertices(const std::string& file) const {
+    if (!keys_.vertices_of) return keys_.mesh_vertices_as_scan;
+    return keys_.vertices_of(file.substr(0, file.rfind('.')));
+  }
+
   Result<void> look_for_points(const std::string& file) {
     const std::string suffix = formats::suffix_of(file);
     const bool is_mesh = suffix == "stl" || suffix == "obj" || suffix == "off";
-    if (is_mesh && !keys_.mesh_vertices_as_scan)
+    if (is_mesh && !takes_vertices(file))
       return note("with faces (set mesh_vertices_as_scan: true to take their vertices)", file), Result<void>{};
     if (is_mesh) {
       ScanSpec scan;
@@ -233,7 +238,7 @@ class Finder {
       if (probe->kind == formats::FileKind::Other)
         return note("holding no lines of three numbers", file), Result<void>{};
       if (probe->kind == formats::FileKind::PoseMatrices) return {};
-      if (probe->has_faces && !keys_.mesh_vertices_as_scan)
+      if (probe->has_faces && !takes_vertices(file))
         return note("with faces (set mesh_vertices_as_scan: true to take their vertices)", file), Result<void>{};
     }
     found_.scans.push_back(std::move(scan));

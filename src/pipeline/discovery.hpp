@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What scans an archive holds (design: discovery and scan names).
 #pragma once
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -20,6 +21,8 @@ struct DiscoveryKeys {
   bool mesh_vertices_as_scan = false;
   formats::Format format = formats::Format::Auto;  // of all files that may be scans
   std::vector<ViewsSpec> views;
+  /// mesh_vertices_as_scan of the scan of this name (path without suffix); empty: of the job.
+  std::function<bool(const std::string& scan)> vertices_of;
 };
 
 /// Finds all scans of an archive; pure in the bytes of the archive, whatever order the system lists files in. Only
@@ -29,7 +32,7 @@ struct DiscoveryKeys {
 ///         BadParameter when an entry of `views` has the name of another scan
 Result<Discovery> discover(const std::string& archive, const DiscoveryKeys& keys);
 inline Result<Discovery> discover(const std::string& archive, bool mesh_vertices_as_scan) {
-  return discover(archive, DiscoveryKeys{mesh_vertices_as_scan, formats::Format::Auto, {}});
+  return discover(archive, DiscoveryKeys{mesh_vertices_as_scan, formats::Format::Auto, {}, {}});
 }
 
 }  // namespace scanmill::pipeline

@@ -14,6 +14,17 @@ std::int64_t now_ns() {
   return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::system_clock::now().time_since_epoch())
       .count();
 }
+
+void add_row(const std::string& path, const HashCache::Entry& entry, document::Node& tree) {
+  if (!entry.trusted) return;
+  document::Node row = document::Node::sequence();
+  row.push(entry.stamp.size);
+  row.push(entry.stamp.mtime_ns);
+  row.push(entry.stamp.inode);
+  row.push(entry.sha256);
+  tree.entries().push_back({path, {}, std::move(row)});
+}
+
 }  // namespace
 
 Result<HashCache::Entry> HashCache::entry_of(const std::string& path, const std::string& shown) {
@@ -54,19 +65,26 @@ void HashCache::load(std::string_view text) {
   }
 }
 
+bool HashCache::knows(const std::string& path) const {
+  const auto stamp = store::stamp_of(path);
+  const std::lock_guard<std::mutex> guard(mutex_);
+  const auto found = entries_.find(path);
+  return stamp && found != entries_.end() && found->second.trusted && found->second.stamp == *stamp;
+}
+
 std::string HashCache::save() const {
   const std::lock_guard<std::mutex> guard(mutex_);
   document::Node tree = document::Node::map();
-  for (const auto& [path, entry] : entries_) {
-    if (!entry.trusted) continue;
-    document::Node row = document::Node::sequence();
-    row.push(entry.stamp.size);
-    row.push(entry.stamp.mtime_ns);
-    row.push(entry.stamp.inode);
-    row.push(entry.sha256);
-    tree.entries().push_back({path, {}, std::move(row)});
-  }
+  for (const auto& [path, entry] : entries_) add_row(path, entry, tree);
   return document::to_json(tree, 1) + "\n";
+}
+
+std::string HashCache::save(std::span<const std::string> paths) const {
+  const std::lock_guard<std::mutex> guard(mutex_);
+  document::Node tree = document::Node::map();
+  for (const std::string& path : paths)
+    if (const auto found = entries_.find(path); found != entries_.end()) add_row(path, found->second, tree);
+  return document::to_json(tree) + "\n";
 }
 
 }  // namespace scanmill::pipeline

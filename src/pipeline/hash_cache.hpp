@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <map>
 #include <mutex>
+#include <span>
 #include <string>
 
 #include "base/context.hpp"
@@ -28,10 +29,15 @@ class HashCache {
   /// errors  those of store::open_file; BadInput when the file changed while it was read
   Result<Entry> entry_of(const std::string& path, const std::string& shown);
 
+  /// True when entry_of would not read the file.
+  bool knows(const std::string& path) const;
+
   /// What was saved before; a text that is not readable leaves the cache empty.
   void load(std::string_view text);
   /// Trusted entries, in byte order of their paths.
   std::string save() const;
+  /// Those of these files alone.
+  std::string save(std::span<const std::string> paths) const;
 
  private:
   mutable std::mutex mutex_;

@@ -226,7 +226,7 @@ void check_part(const Node& part, Problems& problems) { (void)read(part, false, 
 DiscoveryKeys discovery_keys(const Node& root) {
   Problems ignored("");
   What what = read(root, false, ignored);
-  return {what.mesh_vertices_as_scan, what.format, std::move(what.views)};
+  return {what.mesh_vertices_as_scan, what.format, std::move(what.views), {}};
 }
 
 What what_for(What what, const std::string& scan) {

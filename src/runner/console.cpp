@@ -40,6 +40,11 @@ std::size_t width_of(std::FILE* file) {
   return ioctl(fileno(file), TIOCGWINSZ, &size) == 0 && size.ws_col > 10 ? size.ws_col - 1u : 79u;
 }
 
+/// To the beginning of the first of so many lines.
+std::string up_to_first(int lines) {
+  return lines > 1 ? "\r\x1b[" + std::to_string(lines - 1) + "A" : std::string("\r");
+}
+
 }  // namespace
 
 Console::Console(const ConsoleOptions& options, std::FILE* out, std::FILE* err)
@@ -117,19 +122,40 @@ void Console::show(Clock::time_point now, std::uint64_t done, std::uint64_t tota
   if (rate > 0) line += "  " + short_count(rate) + "/s";
   if (eta > 0) line += "  ETA " + minutes(eta);
   if (options_.progress == ProgressStyle::Tty) {
-    std::fprintf(err_, "\r\x1b[K%s", line.substr(0, width_of(err_)).c_str());
-    drawn_ = true;
+    erase();
+    std::fprintf(err_, "%s", line.substr(0, width_of(err_)).c_str());
+    drawn_ = 1;
   } else {
     std::fprintf(err_, "%s\n", line.c_str());
   }
   std::fflush(err_);
 }
 
-void Console::erase() {
-  if (!drawn_) return;
-  std::fputs("\r\x1b[K", err_);
+void Console::block(const std::vector<std::string>& lines) {
+  const std::lock_guard<std::mutex> guard(mutex_);
+  if (options_.progress != ProgressStyle::Tty) return;
+  const std::size_t width = width_of(err_);
+  std::string text = up_to_first(drawn_);
+  for (std::size_t i = 0; i < lines.size(); ++i) text += (i > 0 ? "\n" : "") + lines[i].substr(0, width) + "\x1b[K";
+  std::fputs((text + "\x1b[J").c_str(), err_);
   std::fflush(err_);
-  drawn_ = false;
+  drawn_ = static_cast<int>(lines.size());
+}
+
+void Console::progress_line(const std::string& line, const document::Node& event) {
+  if (options_.progress == ProgressStyle::None || options_.progress == ProgressStyle::Tty) return;
+  const std::lock_guard<std::mutex> guard(mutex_);
+  const bool json = options_.progress == ProgressStyle::Json;
+  std::FILE* file = json && options_.json ? out_ : err_;
+  std::fprintf(file, "%s\n", json ? document::to_json(event).c_str() : line.c_str());
+  std::fflush(file);
+}
+
+void Console::erase() {
+  if (drawn_ == 0) return;
+  std::fputs((up_to_first(drawn_) + "\x1b[J").c_str(), err_);
+  std::fflush(err_);
+  drawn_ = 0;
 }
 
 void Console::put(std::FILE* file, const std::string& line, const document::Node& event, bool hidden) {
@@ -148,6 +174,13 @@ void Console::note(const std::string& scan, const std::string& text) {
   if (!scan.empty()) node.set("scan", scan);
   node.set("text", text);
   put(err_, (scan.empty() ? "note: " : scan + ": note: ") + text, node, options_.quiet);
+}
+
+void Console::remark(const std::string& line) {
+  const std::lock_guard<std::mutex> guard(mutex_);
+  erase();
+  std::fprintf(err_, "%s\n", line.c_str());
+  std::fflush(err_);
 }
 
 void Console::problem(const std::string& line, const document::Node& event) {

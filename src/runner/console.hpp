@@ -6,6 +6,7 @@
 #include <mutex>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "base/progress.hpp"
 #include "document/document.hpp"
@@ -30,12 +31,20 @@ class Console final : public Progress {
   void end();
   void stage(std::string_view name, std::uint64_t done, std::uint64_t total) override;
 
+  /// Lines that stand below everything else on a terminal until the next block or end().
+  void block(const std::vector<std::string>& lines);
+  /// A line of progress where there is no terminal; `event` under --json.
+  void progress_line(const std::string& line, const document::Node& event);
+  ProgressStyle style() const { return options_.progress; }
+
   /// A result: `line` on stdout, or the event under --json; hidden by --quiet.
   void result(const std::string& line, const document::Node& event) { put(out_, line, event, options_.quiet); }
   /// The last line: always shown.
   void last(const std::string& line, const document::Node& event) { put(out_, line, event, false); }
   /// Something worth knowing that is no problem: on stderr, hidden by --quiet.
   void note(const std::string& scan, const std::string& text);
+  /// A line on stderr that was asked for.
+  void remark(const std::string& line);
   /// A problem: one line each on stderr, and the event on stdout under --json.
   void problem(const std::string& line, const document::Node& event);
   /// An error: each line of its text is a problem of its own.
@@ -57,7 +66,7 @@ class Console final : public Progress {
   std::mutex mutex_;
   std::string label_, stage_;
   Clock::time_point stage_began_{}, next_show_{};
-  bool drawn_ = false;
+  int drawn_ = 0;  // lines of progress on the terminal
 };
 
 }  // namespace scanmill::runner

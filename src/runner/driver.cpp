@@ -6,18 +6,18 @@
 #include <algorithm>
 #include <chrono>
 #include <filesystem>
-#include <new>
 
 #include "base/text.hpp"
+#include "runner/executor.hpp"
 #include "runner/job_scans.hpp"
+#include "runner/journal.hpp"
 #include "runner/machine.hpp"
 #include "runner/output_lock.hpp"
 #include "runner/output_tree.hpp"
 #include "runner/quarantine.hpp"
 #include "runner/run_report.hpp"
-#include "runner/scan_log.hpp"
 #include "runner/scan_messages.hpp"
-#include "runner/scan_state.hpp"
+#include "runner/scheduler.hpp"
 #include "store/files.hpp"
 
 namespace scanmill::runner {
@@ -28,9 +28,11 @@ using Clock = std::chrono::steady_clock;
 
 double seconds_since(Clock::time_point begin) { return std::chrono::duration<double>(Clock::now() - begin).count(); }
 
+constexpr std::uint64_t kDriverMemory = 32ull << 20;  // measured 22 MB for 10,000 scans
+
 class Driver {
  public:
-  Driver(const RunOptions& options, Work& work, Console& console, const Stop& stop)
+  Driver(const RunOptions& options, Work& work, Console& console, Stop& stop)
       : options_(options), work_(work), console_(console), stop_(stop), tree_(out_of(options)) {
     report_.version = options.version;
     report_.libraries = options.libraries;
@@ -71,7 +73,10 @@ class Driver {
                          : job_.how.memory ? job_.how.memory
                                            : usable_memory() / 10 * 8;
     if (report_.memory_cap)
-      if (auto capped = cap_memory(report_.memory_cap); !capped) return refuse(capped.error(), kExitUsage);
+      if (auto capped =
+              in_this_process() ? cap_memory(report_.memory_cap) : check_memory(report_.memory_cap, kDriverMemory);
+          !capped)
+        return refuse(capped.error(), kExitUsage);
 
     auto selection = select_scans(job_, options_.only, work_);
     if (!selection) {
@@ -108,6 +113,7 @@ class Driver {
     if (!lock) return refuse(lock.error(), held_by.empty() ? kExitInternal : kExitBusy);
     lock_ = std::make_unique<OutputLock>(*std::move(lock));
     if (auto removed = tree_.remove_leftovers(); !removed) return give_up(removed.error());
+    (void)store::remove_tree(tree_.cancel_file());  // meant for a run before this one
     if (tree_.is_unwritable())
       return give_up(fail(Code::NoSpace,
                           "takes no more files: the disk is full or the folder is not writable; free space or choose "
@@ -135,172 +141,71 @@ class Driver {
       entry.name = name;
       entry.fate = ScanFate::Vanished;
       entry.notes.push_back("the archive no longer holds this scan; its result is kept");
-      entry.files = files_of(name);
+      entry.files = result_files(tree_, name);
       report_.scans.push_back(std::move(entry));
     }
   }
 
-  std::vector<std::string> files_of(const std::string& name) const {
-    std::vector<std::string> files;
-    if (const auto state = load_state(tree_.scan(name)))
-      for (const OutputFile& output : state->outputs) files.push_back("scans/" + name + "/" + output.name);
-    return files;
-  }
-
   int run_scans() {
-    const ChunkLoop loop(report_.threads);
-    const Context context{loop, stop_.flag};
-    for (std::size_t i = 0; i < selection_.scans.size(); ++i) {
-      if (stop_.flag.is_set()) return kExitGood;  // finish() names the signal
-      const auto begin = Clock::now();
-      console_.begin("[" + std::to_string(i + 1) + "/" + std::to_string(selection_.scans.size()) + "] " +
-                     report_.scans[i].name);
-      const double cpu = cpu_seconds();
-      const std::string started = utc_now();
-      const bool go_on = one_scan(selection_.scans[i], report_.scans[i], context);
-      ScanEntry& entry = report_.scans[i];
-      if (entry.attempts > 0) {
-        entry.started = started;
-        entry.ended = utc_now();
-      }
-      entry.seconds = seconds_since(begin);
-      entry.cpu_seconds = cpu_seconds() - cpu;
-      report_.scans[i].peak_memory = peak_memory();
-      console_.end();
-      show_scan(report_.scans[i], tree_.root(), options_.explain, options_.dry_run, console_);
-      if (!go_on) return kExitInternal;
-      if (!options_.dry_run && seconds_since(saved_) > 1)
-        if (const int code = save_report(); code != kExitGood) return code;
+    if (!options_.dry_run) {
+      Node head = Node::map();
+      head.set("type", "run");
+      head.set("host", report_.host);
+      head.set("pid", report_.pid);
+      head.set("job", report_.job_path);
+      head.set("version", report_.version);
+      auto journal = Journal::begin(tree_.journal(), std::move(head));
+      if (!journal) return refuse(journal.error(), kExitInternal);
+      journal_ = std::make_unique<Journal>(*std::move(journal));
     }
-    return kExitGood;
+    const ScanMaker maker(
+        {options_, tree_, work_, quarantine_, stop_, report_.host, shared_memory(), journal_ ? journal_->epoch() : 0});
+    const auto executor = executor_for(maker);
+    Scheduler scheduler({options_, job_.how, tree_, selection_, maker, work_, console_, stop_, report_, quarantine_,
+                         journal_.get(), *executor, shared_memory(), [this] { return save_report(); },
+                         [this](const Error& error) { console_.complain(error); }});
+    const int code = scheduler.run();
+    if (journal_) {
+      Node tail = Node::map();
+      tail.set("type", "left");
+      tail.set("signal", stop_.signal.load());
+      journal_->add(std::move(tail));
+      if (auto kept = journal_->commit(true); !kept && code == kExitGood) return refuse(kept.error(), kExitInternal);
+    }
+    return code;
   }
 
-  /// False when the output takes no more: then nothing that follows could be kept.
-  bool one_scan(const SelectedScan& scan, ScanEntry& entry, const Context& context) {
-    const std::string& name = scan.task.name;
-    console_.stage("check inputs", 0, 0);
-    auto fingerprint = work_.fingerprint(scan.number, scan.what);
-    const auto state = load_state(tree_.scan(name));
-    if (!fingerprint) {
-      entry.why = {state ? "its inputs cannot be read" : "new"};
-      return failed(scan.task.broken.empty() ? fingerprint.error() : fail(Code::BadInput, scan.task.broken),
-                    state.has_value(), nullptr, entry);
-    }
-    entry.why = reasons_to_run(state, tree_.scan(name), *fingerprint, scan.what);
-    if (entry.why.empty()) {
-      entry.fate = ScanFate::Unchanged;
-      entry.counts = state->counts;
-      entry.record_identity = state->record_identity;
-      entry.failed_gates = state->failed_gates;
-      entry.files = files_of(name);
-      return true;
-    }
-    const Quarantine::Entry* held = options_.only.empty() ? quarantine_.find(name, fingerprint->value) : nullptr;
-    if (held) {
-      entry.fate = ScanFate::Quarantined;
-      entry.error = fail(Code::BadInput, held->error);
-      return true;
-    }
-    if (options_.dry_run) return true;
-    if (!scan.task.broken.empty()) {
-      const Error broken = fail(Code::BadInput, scan.task.broken);
-      if (const auto log = begin_log(scan, entry)) (*log)->line("failed: " + broken.text());
-      return failed(broken, state.has_value(), &*fingerprint, entry);
-    }
-    auto made = make(scan, *fingerprint, entry, context);
-    if (!made) return failed(made.error(), state.has_value(), &*fingerprint, entry);
-    quarantine_.remove(name);
-    entry.fate = ScanFate::Done;
-    return true;
+  bool in_this_process() const {
+    return options_.dry_run || (options_.executor.empty() ? job_.how.in_this_process : options_.executor == "inline");
   }
 
-  /// A log that says when, with what and why.
-  Result<std::unique_ptr<ScanLog>> begin_log(const SelectedScan& scan, const ScanEntry& entry) {
-    TRY_ASSIGN(auto log, ScanLog::begin(tree_.log(scan.task.name), console_));
-    log->line("scan " + scan.task.name + ", " + utc_now() + ", scanmill " + options_.version + " on " + report_.host +
-              ", " + std::to_string(report_.threads) + " threads");
-    log->line("why: " + joined_lines(entry.why, "; "));
-    log->line("what: " + document::to_canonical_json(scan.what));
-    return log;
+  /// What scans may use together: with processes of their own, this one takes its part.
+  std::uint64_t shared_memory() const {
+    return report_.memory_cap == 0 || in_this_process() ? report_.memory_cap : report_.memory_cap - kDriverMemory;
   }
 
-  /// One attempt, from an empty folder to the switch.
-  Result<void> make(const SelectedScan& scan, const Fingerprint& fingerprint, ScanEntry& entry,
-                    const Context& context) {
-    ++entry.attempts;
-    TRY_ASSIGN(const auto log, begin_log(scan, entry));
-    TRY_ASSIGN(const std::string folder, tree_.begin_attempt(scan.task.name));
-    auto made = fill(scan, fingerprint, folder, entry, context, *log);
-    if (made && stop_.flag.is_set()) made = fail(Code::Cancelled, "stopped before the result was put in place");
-    if (made) made = tree_.commit(folder, scan.task.name);
-    if (!made) {
-      log->line("failed: " + made.error().text());
-      (void)store::remove_tree(folder);
-      return made;
-    }
-    for (const std::string& note : entry.notes) log->line("note: " + note);
-    for (const std::string& gate : entry.failed_gates) log->line("gate failed: " + gate);
-    for (const auto& [stage, seconds] : entry.stage_seconds)
-      log->line("stage " + stage + " took " + seconds_text(seconds));
-    for (const Node::Entry& count : entry.counts.entries())
-      log->line(count.key + " " + document::to_canonical_json(count.value));
-    log->line("done, record " + entry.record_identity + ", " + utc_now());
-    entry.files = files_of(scan.task.name);
-    return {};
-  }
-
-  Result<void> fill(const SelectedScan& scan, const Fingerprint& fingerprint, const std::string& folder,
-                    ScanEntry& entry, const Context& context, Progress& progress) {
-    auto outcome = guarded([&] { return work_.run(scan.number, scan.what, folder, context, progress); });
-    if (!outcome) return std::move(outcome).error();
-    entry.notes.insert(entry.notes.end(), outcome->notes.begin(), outcome->notes.end());
-    entry.counts = outcome->counts;
-    entry.record_identity = outcome->record_identity;
-    entry.stage_seconds = outcome->stage_seconds;
-    entry.failed_gates = outcome->failed_gates;
-    TRY_ASSIGN(const Fingerprint after, work_.fingerprint(scan.number, scan.what));
-    if (after.value != fingerprint.value)
-      return fail(Code::BadInput, "an input changed while the scan was made; run again when its writer has finished",
-                  scan.task.name);
-    ScanState state{fingerprint, scan.what, outcome->counts, outcome->record_identity, outcome->failed_gates, {}};
-    return save_state(state, folder);
-  }
-
-  template <class F>
-  Result<Outcome> guarded(F&& body) const {
-    try {
-      return body();
-    } catch (const std::bad_alloc&) {
-      return fail(Code::NoSpace,
-                  "the memory cap of " + bytes_text(report_.memory_cap) +
-                      " was reached; raise resources.memory (--memory) or choose larger bins",
-                  "memory");
-    } catch (const std::exception& error) {
-      return fail(Code::Internal,
-                  std::string("unexpected: ") + error.what() + "; please report it with the scan's log");
-    }
-  }
-
-  bool failed(const Error& error, bool has_result, const Fingerprint* fingerprint, ScanEntry& entry) {
-    entry.error = error;
-    entry.failure = class_of(error);
-    entry.fate = error.code == Code::Cancelled ? ScanFate::Interrupted
-                 : has_result                  ? ScanFate::Stale
-                                               : ScanFate::Failed;
-    if (has_result) {
-      entry.files = files_of(entry.name);
-      if (const auto state = load_state(tree_.scan(entry.name))) entry.failed_gates = state->failed_gates;
-    }
-    if (error.code == Code::Internal) saw_internal_ = true;
-    if (error.code == Code::BadInput && fingerprint && !options_.dry_run)
-      quarantine_.add(entry.name, {fingerprint->value, error.text()});
-    const bool machine = error.code == Code::IoFailed || (error.code == Code::NoSpace && error.where != "memory");
-    return !machine || options_.dry_run ||
-           !((" " + error.where).find(" " + tree_.root() + "/") != std::string::npos || tree_.is_unwritable());
+  std::unique_ptr<Executor> executor_for(const ScanMaker& maker) {
+    const std::string of = "/" + std::to_string(selection_.scans.size()) + "] ";
+    auto make = [this, &maker, of](const Order& order, Progress& progress) {
+      const SelectedScan& scan = selection_.scans[order.scan];
+      if (in_this_process()) console_.begin("[" + std::to_string(order.scan + 1) + of + scan.task.name);
+      Attempt attempt = maker.make(scan, report_.scans[order.scan], order.threads, order.memory, progress);
+      if (in_this_process()) console_.end();
+      return attempt;
+    };
+    if (in_this_process()) return make_inline_executor(std::move(make), console_);
+    LocalOptions local;
+    local.time_limit_s = job_.how.scan_time_limit_s;
+    local.in_child = [this] {
+      if (lock_) lock_->forget();
+      if (journal_) journal_->forget();
+      stop_.drains.store(false);
+    };
+    stop_.drains.store(true);
+    return make_local_executor(std::move(make), std::move(local));
   }
 
   int save_report() {
-    saved_ = Clock::now();
     report_.seconds = seconds_since(began_);
     auto saved = store::write_text(tree_.run_file(), document::to_json(to_document(report_), 1) + "\n");
     report_.written = report_.written || saved.ok();
@@ -310,11 +215,11 @@ class Driver {
   /// The worst code in the order 130/143, 1, 3, 4; state files, run.json, last line.
   int finish(int code) {
     const int signal = stop_.signal.load();
-    if (code == kExitGood && saw_internal_) code = kExitInternal;
     const bool bad = report_.count(ScanFate::Failed) + report_.count(ScanFate::Stale) > 0 ||
                      (job_.how.strict && report_.count(ScanFate::Quarantined) > 0);
     if (code == kExitGood && bad) code = kExitScans;
     if (code == kExitGood && report_.rejected() > 0) code = kExitGate;
+    if (code == kExitGood && report_.put_off > 0) code = kExitBusy;
     if (signal != 0 && (lock_ || code == kExitGood)) code = 128 + signal;
     report_.ended = utc_now();
     report_.exit_code = code;
@@ -336,15 +241,15 @@ class Driver {
   const RunOptions& options_;
   Work& work_;
   Console& console_;
-  const Stop& stop_;
+  Stop& stop_;
   OutputTree tree_;
   RunReport report_;
   Job job_;
   Selection selection_;
   Quarantine quarantine_;
   std::unique_ptr<OutputLock> lock_;
-  bool saw_internal_ = false;
-  Clock::time_point began_ = Clock::now(), saved_{};
+  std::unique_ptr<Journal> journal_;
+  Clock::time_point began_ = Clock::now();
 };
 
 }  // namespace
@@ -362,7 +267,7 @@ int exit_code_of(const Error& error) {
   }
 }
 
-int run_job(const RunOptions& options, Work& work, Console& console, const Stop& stop) {
+int run_job(const RunOptions& options, Work& work, Console& console, Stop& stop) {
   return Driver(options, work, console, stop).run();
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One run of a job: which scans need work, one after the other, each committed by one switch.
+// One run of a job: which scans need work, who makes them when, and what becomes of those that fail.
 #pragma once
 #include <atomic>
 #include <cstdint>
@@ -19,10 +19,23 @@ inline constexpr int kExitGood = 0, kExitInternal = 1, kExitUsage = 2, kExitScan
 /// The exit code of a command that failed with this error.
 int exit_code_of(const Error& error);
 
-/// How a run is asked to stop; set by signal handlers.
+/// How work is asked to stop; set by signal handlers. A run that drains lets the scans at work come to their end after
+/// the first request and stops them after the second.
 struct Stop {
-  CancelFlag flag;
-  std::atomic<int> signal{0};
+  CancelFlag flag;             // stop at the next chunk
+  std::atomic<int> signal{0};  // the first request
+  std::atomic<int> requests{0};
+  std::atomic<bool> drains{false};
+  std::atomic<bool> snapshot{false};  // say what is going on (SIGUSR1)
+
+  /// Safe in a signal handler. True when this request is one too many: end the process.
+  bool request(int number) {
+    int none = 0;
+    signal.compare_exchange_strong(none, number);
+    const int before = requests.fetch_add(1);
+    if (before >= (drains.load() ? 1 : 0)) flag.set();
+    return before >= (drains.load() ? 2 : 1);
+  }
 };
 
 struct RunOptions {
@@ -33,6 +46,7 @@ struct RunOptions {
   std::vector<std::string> sets;
   bool dry_run = false;  // writes nothing
   bool explain = false;
+  std::string executor;      // inline or local; empty: the job's
   std::int64_t threads = 0;  // 0: the job's
   std::uint64_t memory = 0;  // 0: the job's
   std::string version;
@@ -40,7 +54,7 @@ struct RunOptions {
 };
 
 /// Runs the job and returns the exit code; the last line has been shown.
-int run_job(const RunOptions& options, Work& work, Console& console, const Stop& stop);
+int run_job(const RunOptions& options, Work& work, Console& console, Stop& stop);
 
 /// Checks the job and, where the archive is there, what each of its scans would be made with; the problems, a line
 /// each.

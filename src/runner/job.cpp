@@ -2,6 +2,7 @@
 #include "runner/job.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 
 #include "base/text.hpp"
@@ -14,13 +15,14 @@ using document::Node;
 using document::Problems;
 using document::shown;
 
-constexpr std::string_view kOwnKeys[] = {"scanmill",  "archive",  "scans", "overrides",
-                                         "resources", "executor", "strict"};
+constexpr std::string_view kOwnKeys[] = {"scanmill", "archive", "scans",    "overrides", "resources",
+                                         "executor", "strict",  "settle_s", "retry"};
 // Keys of the contract that this version would ignore are refused by name, so that no job silently does less than it
 // says.
-constexpr std::string_view kLaterKeys[] = {"settle_s", "brick", "retry", "notify", "cluster"};
-constexpr std::string_view kLaterResources[] = {"disk", "scan_time_limit", "until"};
-constexpr std::string_view kMemoryKey[] = {"memory"};
+constexpr std::string_view kLaterKeys[] = {"brick", "notify", "cluster"};
+constexpr std::string_view kTextResources[] = {"memory", "disk", "scan_time_limit", "until"};
+const Field kSettle =
+    field<How, &How::settle_s>("settle_s", "", "Files changed less than this ago are waited for.", {0, 86400});
 constexpr std::string_view kExecutors[] = {"inline", "local"};
 
 bool among(std::string_view word, std::span<const std::string_view> words) {
@@ -46,26 +48,39 @@ std::vector<std::string> read_globs(const Node& value, const std::string& key, P
   return globs;
 }
 
-void read_resources(const Node& section, How& how, Problems& problems) {
-  Node known = section;
-  if (section.is_map())
-    for (const std::string_view key : kLaterResources)
-      if (const Node* later = section.find(key)) {
-        problems.add(later->mark, "resources." + std::string(key), "not in this version; remove the key");
-        std::erase_if(known.entries(), [&](const Node::Entry& entry) { return entry.key == key; });
-      }
-  document::read_fields(known, "resources", resource_fields(), &how, kMemoryKey, problems);
-  const Node* memory = section.find("memory");
-  if (!memory) return;
-  const std::string text = !memory->text.empty() ? memory->text : memory->is_string() ? memory->as_string() : "";
-  const auto bytes = parse_size(memory->is_integer() && text.empty() ? std::to_string(memory->as_integer()) : text);
-  if (bytes && *bytes > 0)
-    how.memory = *bytes;
-  else
-    problems.add(memory->mark, "resources.memory", "found " + shown(*memory) + "; allowed a size such as 512M or 2G");
+/// A scalar as it was written, or as a person would write it.
+std::string scalar_of(const Node& node) {
+  return !node.text.empty()  ? node.text
+         : node.is_string()  ? node.as_string()
+         : node.is_integer() ? std::to_string(node.as_integer())
+         : node.is_number()  ? number_text(node.as_number())
+                             : "";
 }
 
-void read_executor(const Node& value, Problems& problems) {
+/// parse(text) of one key of `resources` into `to`.
+template <class Parse, class To>
+void read_text(const Node& section, const char* key, Parse parse, To& to, const char* allowed, Problems& problems) {
+  const Node* value = section.find(key);
+  if (!value) return;
+  if (const auto parsed = parse(scalar_of(*value)); parsed && *parsed >= 0)
+    to = *parsed;
+  else
+    problems.add(value->mark, "resources." + std::string(key), "found " + shown(*value) + "; allowed " + allowed);
+}
+
+void read_resources(const Node& section, How& how, Problems& problems) {
+  document::read_fields(section, "resources", resource_fields(), &how, kTextResources, problems);
+  const auto size = [](const std::string& text) {
+    const auto bytes = parse_size(text);
+    return bytes && *bytes == 0 ? std::nullopt : bytes;
+  };
+  read_text(section, "memory", size, how.memory, "a size such as 512M or 2G", problems);
+  read_text(section, "disk", size, how.disk, "a size such as 50G or 1T", problems);
+  read_text(section, "scan_time_limit", parse_duration, how.scan_time_limit_s, "a time such as 90m or 6h", problems);
+  read_text(section, "until", parse_time_of_day, how.until_minute, "a time of day such as \"05:30\"", problems);
+}
+
+void read_executor(const Node& value, How& how, Problems& problems) {
   if (value.is_string() && value.as_string() == "slurm")
     problems.add(value.mark, "executor", "found slurm; not in this version; allowed " + document::joined(kExecutors));
   else if (!value.is_string() || !among(value.as_string(), kExecutors)) {
@@ -73,6 +88,8 @@ void read_executor(const Node& value, Problems& problems) {
     const std::string_view nearest = value.is_string() ? nearest_name(value.as_string(), kExecutors) : "";
     if (!nearest.empty()) sentence += "; nearest " + std::string(nearest);
     problems.add(value.mark, "executor", sentence);
+  } else {
+    how.in_this_process = value.as_string() == "inline";
   }
 }
 
@@ -169,7 +186,11 @@ void read_top(const Node& root, Job& job, const Work& work, Problems& problems) 
     else if (entry.key == "resources")
       read_resources(value, job.how, problems);
     else if (entry.key == "executor")
-      read_executor(value, problems);
+      read_executor(value, job.how, problems);
+    else if (entry.key == "settle_s")
+      document::read_field(value, "settle_s", kSettle, &job.how, problems);
+    else if (entry.key == "retry")
+      document::read_fields(value, "retry", retry_fields(), &job.how, {}, problems);
     else if (entry.key == "strict") {
       if (value.is_bool())
         job.how.strict = value.as_bool();
@@ -191,9 +212,7 @@ void read_top(const Node& root, Job& job, const Work& work, Problems& problems) 
 
 }  // namespace
 
-bool is_whole_archive_key(std::string_view key) {
-  return key == "mesh_vertices_as_scan" || key == "format" || key == "views";
-}
+bool is_whole_archive_key(std::string_view key) { return key == "format" || key == "views"; }
 
 std::span<const std::string_view> executor_words() { return kExecutors; }
 
@@ -203,6 +222,43 @@ std::span<const Field> resource_fields() {
                                 {1, 1024}),
   };
   return kTable;
+}
+
+std::span<const Field> retry_fields() {
+  static const Field kTable[] = {
+      field<How, &How::retry_transient>("transient", "", "Further attempts after a fault that may pass.", {0, 100}),
+      field<How, &How::retry_internal>("internal", "", "Further attempts after a worker died.", {0, 100}),
+      field<How, &How::retry_wait_s>("wait_s", "", "Before the first of them; four times as long before each next.",
+                                     {0, 3600}),
+  };
+  return kTable;
+}
+
+const Field& settle_field() { return kSettle; }
+
+std::optional<double> parse_duration(std::string_view text) {
+  if (text.empty()) return std::nullopt;
+  double unit = 1;
+  const std::string_view letters = "smhd";
+  static constexpr double kSeconds[] = {1, 60, 3600, 86400};
+  if (const auto place = letters.find(text.back()); place != std::string_view::npos) {
+    unit = kSeconds[place];
+    text.remove_suffix(1);
+    while (!text.empty() && text.back() == ' ') text.remove_suffix(1);
+  }
+  const auto value = parse_number(text);
+  if (!value || !(*value > 0) || !(*value * unit < 1e9)) return std::nullopt;
+  return *value * unit;
+}
+
+std::optional<std::int64_t> parse_time_of_day(std::string_view text) {
+  const auto colon = text.find(':');
+  if (colon == std::string_view::npos || colon == 0 || text.size() - colon != 3) return std::nullopt;
+  const auto hour = parse_number(text.substr(0, colon)), minute = parse_number(text.substr(colon + 1));
+  if (!hour || !minute || *hour < 0 || *hour > 23 || *minute < 0 || *minute > 59 || std::floor(*hour) != *hour ||
+      std::floor(*minute) != *minute)
+    return std::nullopt;
+  return static_cast<std::int64_t>(*hour) * 60 + static_cast<std::int64_t>(*minute);
 }
 
 Result<Job> job_from(const std::string& text, const std::string& path, std::span<const std::string> sets,

@@ -2,6 +2,7 @@
 // The job file: which scans, *what* to make of them (a tree that the pipeline judges), and *how* to run.
 #pragma once
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -14,9 +15,17 @@ namespace scanmill::runner {
 
 /// Nothing of this changes a byte of mesh or record.
 struct How {
-  std::int64_t threads = 0;  // 0: all the process may use
-  std::uint64_t memory = 0;  // cap in bytes; 0: 80 % of the machine's
-  bool strict = false;       // scans that were quarantined by an earlier run make this one fail too
+  std::int64_t threads = 0;      // 0: all the process may use
+  std::uint64_t memory = 0;      // cap in bytes; 0: 80 % of the machine's
+  bool strict = false;           // scans that were quarantined by an earlier run make this one fail too
+  bool in_this_process = false;  // executor: inline
+  std::int64_t settle_s = 60;    // files changed less than this ago may still be written
+  double scan_time_limit_s = 6 * 3600;
+  std::int64_t until_minute = -1;    // of the day, local time: nothing is started that would not end by then
+  std::uint64_t disk = 0;            // bytes the run may use; 0: 80 % of what is free
+  std::int64_t retry_transient = 2;  // further attempts after a fault that may pass
+  std::int64_t retry_internal = 1;   // and after a crash
+  double retry_wait_s = 2;           // before the first of them; four times as long before each next
 };
 
 struct Override {
@@ -47,11 +56,17 @@ document::Node what_of(const Job& job, const std::string& scan, const Work& work
 /// Draft-07 schema of a job file; `what_properties` are the schemas of the what keys.
 document::Node job_schema(const document::Node& what_properties);
 
-/// Discovery uses these what keys, and discovery looks at the archive as a whole: no override may hold them.
+/// Discovery uses these what keys when it looks at the archive as a whole: no override may hold them.
 bool is_whole_archive_key(std::string_view key);
 /// The words that `executor` takes.
 std::span<const std::string_view> executor_words();
-/// The table behind `resources` and its schema.
+/// The tables behind `resources` and `retry` and their schemas.
 std::span<const Field> resource_fields();
+std::span<const Field> retry_fields();
+const Field& settle_field();
+/// 90, "90s", "15m", "6h", "1d" as seconds.
+std::optional<double> parse_duration(std::string_view text);
+/// "05:30" as minutes of the day.
+std::optional<std::int64_t> parse_time_of_day(std::string_view text);
 
 }  // namespace scanmill::runner

@@ -73,7 +73,8 @@ Result<Selection> select_scans(const Job& job, std::span<const std::string> only
   if (!store::is_folder(job.archive))
     return fail(Code::BadParameter, "archive: found no folder " + job.archive + "; make it, or correct the key",
                 archive_place(job));
-  TRY_ASSIGN(Archive archive, work.discover(job.archive, job.what));
+  TRY_ASSIGN(Archive archive,
+             work.discover(job.archive, job.what, [&](const std::string& scan) { return what_of(job, scan, work); }));
   const std::vector<ScanTask>& tasks = archive.scans;
   Selection selection;
   selection.notes = std::move(archive.notes);

@@ -33,24 +33,40 @@ Node scans_schema() {
   return scans;
 }
 
-Node resources_schema() {
-  const How defaults{1, 0, false};
-  Node resources =
-      document::fields_schema(resource_fields(), &defaults, "What a run may use; changes no byte of the result.");
-  std::erase_if(resources.find("properties")->find("threads")->entries(),
-                [](const Node::Entry& e) { return e.key == "default"; });
-  Node memory = described(nullptr, "Memory cap, such as 512M or 2G; without the key 80 % of the machine's.");
-  Node sizes = Node::sequence();
+/// A text of this form, or a number of what it counts.
+Node text_or_number(const char* pattern, const char* number, const char* help) {
   Node text = Node::map();
   text.set("type", "string");
-  text.set("pattern", "^[0-9.]+([KMGT](i?B)?|B)?$");
-  sizes.push(std::move(text));
-  Node bytes = Node::map();
-  bytes.set("type", "integer");
-  bytes.set("minimum", 1);
-  sizes.push(std::move(bytes));
-  memory.set("anyOf", std::move(sizes));
-  resources.find("properties")->set("memory", std::move(memory));
+  text.set("pattern", pattern);
+  Node plain = Node::map();
+  plain.set("type", number);
+  plain.set("minimum", 1);
+  Node either = Node::sequence();
+  either.push(std::move(text));
+  either.push(std::move(plain));
+  Node schema = described(nullptr, help);
+  schema.set("anyOf", std::move(either));
+  return schema;
+}
+
+Node resources_schema() {
+  How defaults;
+  defaults.threads = 1;
+  Node resources =
+      document::fields_schema(resource_fields(), &defaults, "What a run may use; changes no byte of the result.");
+  Node& keys = *resources.find("properties");
+  std::erase_if(keys.find("threads")->entries(), [](const Node::Entry& e) { return e.key == "default"; });
+  const char* size = "^[0-9.]+([KMGT](i?B)?|B)?$";
+  keys.set("memory",
+           text_or_number(size, "integer", "Memory cap, such as 512M or 2G; without the key 80 % of the machine's."));
+  keys.set("disk", text_or_number(size, "integer",
+                                  "Disk space the run may use, such as 50G; without the key 80 % of what is free."));
+  keys.set("scan_time_limit", text_or_number("^[0-9.]+ *[smhd]?$", "number",
+                                             "A scan that takes longer is stopped, such as 90m; 6h by "
+                                             "default."));
+  Node until = described("string", "Time of day, such as 05:30; no scan is started that would not end by then.");
+  until.set("pattern", "^[0-9]{1,2}:[0-9]{2}$");
+  keys.set("until", std::move(until));
   return resources;
 }
 
@@ -89,6 +105,10 @@ Node job_schema(const Node& what_properties) {
   Node strict = described("boolean", "Scans that an earlier run quarantined make this run fail too.");
   strict.set("default", false);
   properties.set("strict", std::move(strict));
+  const How defaults;
+  properties.set("settle_s", document::field_schema(settle_field(), &defaults));
+  properties.set("retry",
+                 document::fields_schema(retry_fields(), &defaults, "How often failed scans are tried again."));
 
   Node schema = Node::map();
   schema.set("$schema", "http://json-schema.org/draft-07/schema#");

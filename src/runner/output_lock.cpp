@@ -3,10 +3,13 @@
 
 #include <fcntl.h>
 #include <sys/file.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
+#include <cstdlib>
 #include <cstring>
+#include <ctime>
 
 #include "runner/machine.hpp"
 
@@ -23,6 +26,8 @@ Result<OutputLock> OutputLock::take(const std::string& path, std::string& held_b
     const int reason = errno;
     char text[256];
     const ssize_t n = pread(file, text, sizeof text, 0);
+    struct stat status {};
+    const double age = fstat(file, &status) == 0 ? std::difftime(std::time(nullptr), status.st_mtime) : 0;
     close(file);
     if (reason != EWOULDBLOCK)
       return fail(Code::IoFailed,
@@ -31,11 +36,15 @@ Result<OutputLock> OutputLock::take(const std::string& path, std::string& held_b
                   path);
     held_by.assign(text, n > 0 ? static_cast<std::size_t>(n) : 0);
     while (!held_by.empty() && held_by.back() == '\n') held_by.pop_back();
-    if (held_by.empty()) held_by = "another process";
-    return fail(Code::Cancelled, "another run (" + held_by + ") holds this output; wait for it or choose another --out",
+    held_by = (held_by.empty() ? "another process" : held_by) + ", for " + clock_text(age) + " h";
+    return fail(Code::Cancelled,
+                "another run (" + held_by +
+                    ") holds this output; wait for it, stop it with scanmill cancel, or choose another --out",
                 path);
   }
-  const std::string text = "pid " + std::to_string(getpid()) + " on " + host_name() + "\n";
+  const char* user = std::getenv("USER");
+  const std::string text = "pid " + std::to_string(getpid()) + " on " + host_name() +
+                           (user && *user ? std::string(", user ") + user : "") + "\n";
   if (ftruncate(file, 0) != 0 || pwrite(file, text.data(), text.size(), 0) != static_cast<ssize_t>(text.size())) {
     const int reason = errno;
     close(file);
@@ -43,6 +52,11 @@ Result<OutputLock> OutputLock::take(const std::string& path, std::string& held_b
                 std::string("cannot be written: ") + std::strerror(reason), path);
   }
   return OutputLock(file);
+}
+
+void OutputLock::forget() {
+  if (file_ >= 0) close(file_);
+  file_ = -1;
 }
 
 OutputLock::~OutputLock() {

@@ -15,6 +15,8 @@ class OutputLock {
   OutputLock(OutputLock&& other) noexcept : file_(other.file_) { other.file_ = -1; }
   OutputLock& operator=(OutputLock&&) = delete;
   ~OutputLock();
+  /// For a child process: it must not keep the lock alive.
+  void forget();
 
  private:
   explicit OutputLock(int file) : file_(file) {}

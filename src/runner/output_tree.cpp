@@ -25,6 +25,9 @@ Result<void> OutputTree::remove_leftovers() const {
     found.push_back(it->path().string());
     it.disable_recursion_pending();
   }
+  for (const char* part : {"", "/journal", "/logs"})
+    for (fs::directory_iterator it(root_ + part, error), end; !error && it != end; it.increment(error))
+      if (it->path().filename().string().find(".tmp-") != std::string::npos) found.push_back(it->path().string());
   for (const std::string& path : found) TRY(store::remove_tree(path));
   return {};
 }

@@ -16,6 +16,9 @@ class OutputTree {
   std::string scan(const std::string& name) const { return root_ + "/scans/" + name; }
   std::string log(const std::string& name) const { return root_ + "/logs/" + name + ".log"; }
   std::string run_file() const { return root_ + "/run.json"; }
+  std::string journal() const { return root_ + "/journal"; }
+  std::string live_file() const { return root_ + "/journal/live.json"; }
+  std::string cancel_file() const { return root_ + "/journal/cancel"; }
   std::string lock_file() const { return root_ + "/journal/lock"; }
   std::string hashes_file() const { return root_ + "/journal/hashes.json"; }
   std::string quarantine_file() const { return root_ + "/quarantine.json"; }

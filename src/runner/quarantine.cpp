@@ -8,6 +8,21 @@ namespace scanmill::runner {
 
 using document::Node;
 
+namespace {
+
+Quarantine::Entry entry_of(const Node& row, const std::string& fingerprint, const std::string& error) {
+  Quarantine::Entry entry{fingerprint, error, FailureClass::BadInput, {}, 1, 0};
+  const Node *failure = row.find("class"), *since = row.find("since"), *attempts = row.find("attempts"),
+             *memory = row.find("memory_bytes");
+  if (failure && failure->is_string()) entry.failure = failure_named(failure->as_string());
+  if (since && since->is_string()) entry.since = since->as_string();
+  if (attempts && attempts->is_integer()) entry.attempts = static_cast<int>(attempts->as_integer());
+  if (memory && memory->is_integer()) entry.memory = static_cast<std::uint64_t>(memory->as_integer());
+  return entry;
+}
+
+}  // namespace
+
 Quarantine Quarantine::load(const std::string& path) {
   Quarantine result;
   if (!store::exists(path)) return result;
@@ -21,7 +36,7 @@ Quarantine Quarantine::load(const std::string& path) {
     const Node* fingerprint = row.value.find("fingerprint");
     const Node* error = row.value.find("error");
     if (fingerprint && error && fingerprint->is_string() && error->is_string())
-      result.entries_[row.key] = {fingerprint->as_string(), error->as_string()};
+      result.entries_[row.key] = entry_of(row.value, fingerprint->as_string(), error->as_string());
   }
   return result;
 }
@@ -33,14 +48,21 @@ Result<void> Quarantine::save(const std::string& path) const {
     Node row = Node::map();
     row.set("fingerprint", entry.fingerprint);
     row.set("error", entry.error);
+    row.set("class", name_of(entry.failure));
+    row.set("since", entry.since);
+    row.set("attempts", entry.attempts);
+    if (entry.memory > 0) row.set("memory_bytes", entry.memory);
     tree.entries().push_back({scan, {}, std::move(row)});
   }
   return store::write_text(path, document::to_json(tree, 1) + "\n");
 }
 
-const Quarantine::Entry* Quarantine::find(const std::string& scan, const std::string& fingerprint) const {
+const Quarantine::Entry* Quarantine::find(const std::string& scan, const std::string& fingerprint,
+                                          std::uint64_t memory) const {
   const auto found = entries_.find(scan);
-  return found != entries_.end() && found->second.fingerprint == fingerprint ? &found->second : nullptr;
+  if (found == entries_.end() || found->second.fingerprint != fingerprint) return nullptr;
+  const Entry& entry = found->second;
+  return entry.memory > 0 && (memory == 0 || memory > entry.memory) ? nullptr : &entry;
 }
 
 void Quarantine::add(const std::string& scan, Entry entry) {
@@ -48,6 +70,16 @@ void Quarantine::add(const std::string& scan, Entry entry) {
   changed_ = true;
 }
 
-void Quarantine::remove(const std::string& scan) { changed_ = entries_.erase(scan) > 0 || changed_; }
+bool Quarantine::remove(const std::string& scan) {
+  const bool was_there = entries_.erase(scan) > 0;
+  changed_ = changed_ || was_there;
+  return was_there;
+}
+
+std::vector<std::string> Quarantine::names() const {
+  std::vector<std::string> names;
+  for (const auto& [scan, entry] : entries_) names.push_back(scan);
+  return names;
+}
 
 }  // namespace scanmill::runner

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Scans that failed because of their input. The same work is not tried again until a file, a key or a stage changes.
+// OUT/quarantine.json: scans that failed for a reason that will be there tomorrow. The same work is not tried again
+// until a file, a key or a stage changes, or someone says `retry`.
 #pragma once
 #include <map>
 #include <string>
 
 #include "base/result.hpp"
+#include "runner/run_report.hpp"
 
 namespace scanmill::runner {
 
@@ -13,15 +15,21 @@ class Quarantine {
   struct Entry {
     std::string fingerprint;
     std::string error;  // as it was shown
+    FailureClass failure = FailureClass::BadInput;
+    std::string since;  // UTC
+    int attempts = 1;
+    std::uint64_t memory = 0;  // of class resource: with less or as much it is not tried again
   };
   /// An unreadable file counts as empty: the scans are tried again.
   static Quarantine load(const std::string& path);
   Result<void> save(const std::string& path) const;
 
-  /// The entry of exactly this work, or nullptr.
-  const Entry* find(const std::string& scan, const std::string& fingerprint) const;
+  /// The entry of exactly this work on a machine that gives it no more than this memory, or nullptr.
+  const Entry* find(const std::string& scan, const std::string& fingerprint, std::uint64_t memory) const;
   void add(const std::string& scan, Entry entry);
-  void remove(const std::string& scan);
+  /// True when it was there.
+  bool remove(const std::string& scan);
+  std::vector<std::string> names() const;
 
  private:
   std::map<std::string, Entry> entries_;

@@ -56,6 +56,8 @@ Node texts(const std::vector<std::string>& list) {
   return node;
 }
 
+}  // namespace
+
 Node to_document(const ScanEntry& entry) {
   Node node = Node::map();
   node.set("name", entry.name);
@@ -91,6 +93,68 @@ Node to_document(const ScanEntry& entry) {
   node.set("peak_memory_bytes", entry.peak_memory);
   return node;
 }
+
+namespace {
+
+/// Values of a map, with a default where they are not there or of another kind.
+std::string text_in(const Node& map, std::string_view key) {
+  const Node* value = map.find(key);
+  return value && value->is_string() ? value->as_string() : std::string();
+}
+double number_in(const Node& map, std::string_view key) {
+  const Node* value = map.find(key);
+  return value && value->is_number() ? value->as_number() : 0;
+}
+std::vector<std::string> texts_in(const Node& map, std::string_view key) {
+  std::vector<std::string> list;
+  if (const Node* value = map.find(key); value && value->is_sequence())
+    for (const Node& item : value->items())
+      if (item.is_string()) list.push_back(item.as_string());
+  return list;
+}
+
+/// The enumerator whose name this is, or the first.
+template <class Enum>
+Enum named(const std::string& name, Enum last) {
+  for (int i = 0; i <= static_cast<int>(last); ++i)
+    if (name == name_of(static_cast<Enum>(i))) return static_cast<Enum>(i);
+  return static_cast<Enum>(0);
+}
+
+}  // namespace
+
+FailureClass failure_named(const std::string& name) { return named(name, FailureClass::Internal); }
+
+Result<ScanEntry> entry_from(const Node& tree) {
+  ScanEntry entry;
+  entry.name = text_in(tree, "name");
+  if (entry.name.empty()) return fail(Code::Internal, "found a scan without a name");
+  entry.fate = named(text_in(tree, "state"), ScanFate::Vanished);
+  entry.why = texts_in(tree, "why");
+  entry.notes = texts_in(tree, "notes");
+  entry.failed_gates = texts_in(tree, "failed_gates");
+  entry.files = texts_in(tree, "files");
+  entry.record_identity = text_in(tree, "record");
+  if (const Node* counts = tree.find("counts")) entry.counts = *counts;
+  if (const Node* error = tree.find("error")) {
+    entry.error = {named(text_in(*error, "code"), Code::Internal), text_in(*error, "text"), {}};
+    entry.failure = failure_named(text_in(*error, "class"));
+    entry.failed_stage = text_in(*error, "stage");
+    entry.repeat = text_in(*error, "repeat");
+  }
+  entry.attempts = static_cast<int>(number_in(tree, "attempts"));
+  entry.started = text_in(tree, "started");
+  entry.ended = text_in(tree, "ended");
+  entry.seconds = number_in(tree, "seconds");
+  entry.cpu_seconds = number_in(tree, "cpu_seconds");
+  entry.peak_memory = static_cast<std::uint64_t>(number_in(tree, "peak_memory_bytes"));
+  if (const Node* stages = tree.find("stage_seconds"); stages && stages->is_map())
+    for (const Node::Entry& stage : stages->entries())
+      if (stage.value.is_number()) entry.stage_seconds.emplace_back(stage.key, stage.value.as_number());
+  return entry;
+}
+
+namespace {
 
 std::uint64_t in_this_run(const RunReport& report) { return report.scans.size() - report.count(ScanFate::Vanished); }
 

@@ -22,6 +22,7 @@ enum class FailureClass {
   Internal,  // crash, hang, error in the program
 };
 const char* name_of(FailureClass failure);
+FailureClass failure_named(const std::string& name);
 FailureClass class_of(const Error& error);
 
 enum class ScanFate {
@@ -68,12 +69,16 @@ struct RunReport {
   int exit_code = -1;              // -1: still running
   bool written = false;            // run.json is there
   std::vector<std::string> notes;  // of the archive as a whole
+  std::uint64_t put_off = 0;       // scans that were not started because of resources.until
   std::vector<ScanEntry> scans;
 
   std::uint64_t count(ScanFate fate) const;
   std::uint64_t rejected() const;  // results that failed a gate
 };
 
+document::Node to_document(const ScanEntry& entry);
+/// errors  Internal when the tree is no scan of a run.json
+Result<ScanEntry> entry_from(const document::Node& tree);
 document::Node to_document(const RunReport& report);
 /// "2 scans: 0 unchanged, 2 done, 0 failed, 0 quarantined | gates: 0 | 00:00:07 h | OUT/run.json | exit 0"
 std::string last_line(const RunReport& report);

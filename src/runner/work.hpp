@@ -3,6 +3,8 @@
 // the command line binds this to the pipeline.
 #pragma once
 #include <cstdint>
+#include <functional>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -42,6 +44,12 @@ struct Fingerprint {
   std::vector<std::pair<std::string, std::string>> versions;  // stage, version
 };
 
+/// What a look at the names of a scan's files tells, without reading them.
+struct InputLook {
+  std::uint64_t bytes = 0;
+  std::int64_t newest_ns = 0;  // the latest change of any of them, ns since 1970
+};
+
 struct Outcome {
   document::Node counts = document::Node::map();  // name -> number; `triangles` and `boundary_loops` are shown
   std::vector<std::string> notes;
@@ -59,15 +67,22 @@ class Work {
   virtual document::Node overlay(document::Node base, const document::Node& over) const = 0;
   /// Checks a complete tree and returns it with defaults filled in.
   virtual Result<document::Node> resolve(const document::Node& what, const std::string& name) const = 0;
-  /// `what`: the job's keys without overrides.
-  virtual Result<Archive> discover(const std::string& archive, const document::Node& what) = 0;
+  /// `what`: the job's keys without overrides; `what_for(scan)`: with those that match the scan's name.
+  virtual Result<Archive> discover(const std::string& archive, const document::Node& what,
+                                   const std::function<document::Node(const std::string& scan)>& what_for) = 0;
   virtual Result<Fingerprint> fingerprint(std::size_t scan, const document::Node& resolved) = 0;
+  /// The same when no file must be read for it; nothing when a hash is not known, or a file cannot be looked at.
+  virtual std::optional<Fingerprint> known_fingerprint(std::size_t scan, const document::Node& resolved) = 0;
+  /// Files that are not there count nothing.
+  virtual InputLook look_at(std::size_t scan) const = 0;
   /// Writes the scan's files, complete and synced, into the empty `folder`.
   virtual Result<Outcome> run(std::size_t scan, const document::Node& resolved, const std::string& folder,
                               const Context& context, Progress& progress) = 0;
   /// Known content hashes, kept between runs.
   virtual void load_hashes(std::string_view text) = 0;
   virtual std::string save_hashes() const = 0;
+  /// Those of one scan's files, for load_hashes of another process.
+  virtual std::string save_hashes_of(std::size_t scan) const = 0;
 };
 
 }  // namespace scanmill::runner

@@ -4,6 +4,7 @@
 
 #include <fcntl.h>
 #include <sys/stat.h>
+#include <sys/statvfs.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -96,13 +97,23 @@ class AtomicSink final : public ByteSink {
     if (committed_) return {};
     TRY(flush());
     if (::fsync(file_.number()) != 0) return system_failure(errno, "sync", path_);
-    if (file_.close() != 0) return system_failure(errno, "close", path_);
-    if (::rename(temporary_.c_str(), path_.c_str()) != 0) return system_failure(errno, "rename into place", path_);
-    committed_ = true;
+    TRY(put_in_place());
     return sync_folder(folder_of(path_));
   }
 
+  /// As commit(), without a sync.
+  Result<void> commit_scratch() {
+    TRY(flush());
+    return put_in_place();
+  }
+
  private:
+  Result<void> put_in_place() {
+    if (file_.close() != 0) return system_failure(errno, "close", path_);
+    if (::rename(temporary_.c_str(), path_.c_str()) != 0) return system_failure(errno, "rename into place", path_);
+    committed_ = true;
+    return {};
+  }
   Result<void> flush() {
     TRY(write_through(buffer_));
     buffer_.clear();
@@ -152,19 +163,40 @@ Result<std::shared_ptr<const ByteSource>> open_file(const std::string& path, con
       std::make_shared<PreadSource>(descriptor, shown, static_cast<std::uint64_t>(status.st_size)));
 }
 
-Result<std::unique_ptr<ByteSink>> create_file(const std::string& path) {
+namespace {
+
+Result<std::unique_ptr<AtomicSink>> begin_file(const std::string& path) {
   if (path.empty()) return fail(Code::IoFailed, "an output file needs a name");
   if (is_folder(path)) return fail(Code::IoFailed, "this is a folder; an output file cannot take its place", path);
   const std::string temporary = temporary_name(path);
   const int descriptor = ::open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
   if (descriptor < 0) return system_failure(errno, "create", path);
-  return std::unique_ptr<ByteSink>(std::make_unique<AtomicSink>(descriptor, path, temporary));
+  return std::make_unique<AtomicSink>(descriptor, path, temporary);
+}
+
+}  // namespace
+
+Result<std::unique_ptr<ByteSink>> create_file(const std::string& path) {
+  TRY_ASSIGN(auto sink, begin_file(path));
+  return std::unique_ptr<ByteSink>(std::move(sink));
 }
 
 Result<void> write_text(const std::string& path, std::string_view text) {
   TRY_ASSIGN(const auto sink, create_file(path));
   TRY(sink->write(text));
   return sink->commit();
+}
+
+Result<void> write_scratch(const std::string& path, std::string_view text) {
+  TRY_ASSIGN(const auto sink, begin_file(path));
+  TRY(sink->write(text));
+  return sink->commit_scratch();
+}
+
+std::optional<std::uint64_t> free_space(const std::string& folder) {
+  struct statvfs status {};
+  if (::statvfs(folder.c_str(), &status) != 0) return std::nullopt;
+  return static_cast<std::uint64_t>(status.f_bavail) * static_cast<std::uint64_t>(status.f_frsize);
 }
 
 Result<FileStamp> stamp_of(const std::string& path) {

@@ -3,6 +3,7 @@
 #pragma once
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -31,6 +32,11 @@ Result<FileStamp> stamp_of(const std::string& path);
 /// Writes a small file in one step.
 /// errors  NoSpace, IoFailed naming it
 Result<void> write_text(const std::string& path, std::string_view text);
+
+/// The same for what nobody misses after a crash: readers see the old text or the new, but nothing is synced.
+Result<void> write_scratch(const std::string& path, std::string_view text);
+/// Bytes that can still be written below a folder; nothing when the system does not tell.
+std::optional<std::uint64_t> free_space(const std::string& folder);
 
 /// All regular files below `root` (links followed, never out of `root`), relative paths with '/', in byte order; hidden
 /// ("." first) and "~" (last) files and folders are left out. `links_left` gets the links that lead out of the root.

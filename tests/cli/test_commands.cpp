@@ -91,7 +91,7 @@ TEST_F(Program, ShowsVersionAndHelp) {
 
 TEST_F(Program, RunsAJobAndResumes) {
   write_sheet("archive/sheet.xyz");
-  write("job.yaml", "scanmill: 1\narchive: archive\nlattice: {bin_mm: 2}\n");
+  write("job.yaml", "scanmill: 1\narchive: archive\nsettle_s: 0\nlattice: {bin_mm: 2}\n");
   EXPECT_EQ(run("check job.yaml").code, 0);
   Seen seen = run("run job.yaml --threads 2");
   EXPECT_EQ(seen.code, 0) << seen.err;
@@ -122,7 +122,7 @@ TEST_F(Program, CheckReportsAllProblemsWithPlaces) {
 
 TEST_F(Program, RemovesWhatADeadRunLeftBehind) {
   write_sheet("archive/sheet.xyz");
-  write("job.yaml", "scanmill: 1\narchive: archive\nlattice: {bin_mm: 2}\n");
+  write("job.yaml", "scanmill: 1\narchive: archive\nsettle_s: 0\nlattice: {bin_mm: 2}\n");
   EXPECT_EQ(run("run job.yaml --out out").code, 0);
   std::filesystem::create_directories(root_ + "/out/scans/.sheet.1");
   EXPECT_EQ(run("run job.yaml --out out").code, 0);

@@ -48,7 +48,7 @@ def make_archive(folder, objects=("sphere",)):
 
 def write_job(path, archive, text="lattice: {bin_mm: 1.5}\n"):
     with open(path, "w") as out:
-        out.write(f"scanmill: 1\narchive: {archive}\n{text}")
+        out.write(f"scanmill: 1\narchive: {archive}\nsettle_s: 0\n{text}")
     return path
 
 

@@ -48,7 +48,8 @@ class FakeWork final : public Work {
     if (!what.find("lattice")) return fail(Code::BadParameter, name + ":1:1: lattice: found no bin size");
     return what;
   }
-  Result<Archive> discover(const std::string& archive, const document::Node&) override {
+  Result<Archive> discover(const std::string& archive, const document::Node&,
+                           const std::function<document::Node(const std::string&)>&) override {
     archive_ = archive;
     names_.clear();
     TRY_ASSIGN(const auto files, store::list_files(archive));
@@ -87,8 +88,11 @@ class FakeWork final : public Work {
     outcome.record_identity = "id-" + text;
     return outcome;
   }
+  std::optional<Fingerprint> known_fingerprint(std::size_t, const document::Node&) override { return std::nullopt; }
+  InputLook look_at(std::size_t scan) const override { return {text_of(scan).size(), 0}; }
   void load_hashes(std::string_view) override {}
   std::string save_hashes() const override { return "{}"; }
+  std::string save_hashes_of(std::size_t) const override { return ""; }
 
   std::vector<std::string> runs;                       // names in the order of running
   std::function<void(const std::string&)> before_end;  // called inside each run

@@ -62,7 +62,7 @@ TEST(Console, TtyProgressIsRedrawnAndErased) {
   const std::string text = Streams::text(streams.err);
   EXPECT_NE(text.find("scan  reduce  500/1.0k  50%"), std::string::npos) << text;
   EXPECT_NE(text.find("ETA"), std::string::npos) << text;
-  EXPECT_EQ(text.substr(text.size() - 4), "\r\x1b[K");
+  EXPECT_EQ(text.substr(text.size() - 4), "\r\x1b[J");
 }
 
 TEST(ClockText, CountsHoursMinutesSeconds) {

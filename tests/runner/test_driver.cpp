@@ -34,6 +34,7 @@ class RunJob : public RunnerTest {
     options.job = root + "/job.yaml";
     options.out = root + "/out";
     options.threads = 1;
+    options.executor = "inline";
     if (change) change(options);
     std::FILE* out = std::tmpfile();
     std::FILE* err = std::tmpfile();
@@ -103,7 +104,7 @@ TEST_F(RunJob, SkipsWhatIsDoneAndRedoesWhatChanged) {
   scan("b", "three");
   std::filesystem::remove(root + "/out/scans/a/mesh.stl");
   seen = run([](RunOptions& o) { o.explain = true; });
-  EXPECT_EQ(work.runs, (std::vector<std::string>{"a", "b"}));
+  EXPECT_EQ(work.runs, (std::vector<std::string>{"b", "a"}));  // heaviest first
   EXPECT_NE(seen.out.find("a: run: mesh.stl is missing"), std::string::npos) << seen.out;
   EXPECT_NE(seen.out.find("b: run: input b.txt changed"), std::string::npos) << seen.out;
   EXPECT_EQ(slurp(root + "/out/scans/b/mesh.stl"), "mesh of three");
@@ -215,7 +216,7 @@ TEST_F(RunJob, ExceptionsAndMemoryFailOneScanOnly) {
   scan("c", "fine");
   scan("d", "broken");
   const Seen seen = run();
-  EXPECT_EQ(seen.code, 1);  // an exception is our fault, and that outranks a bad scan
+  EXPECT_EQ(seen.code, 3);
   EXPECT_NE(seen.err.find("surprise"), std::string::npos);
   EXPECT_NE(seen.err.find("the memory cap of"), std::string::npos);
   EXPECT_NE(seen.err.find("scan d: failed: its description is broken"), std::string::npos);
@@ -235,7 +236,7 @@ TEST_F(RunJob, InputThatChangesWhileItIsMeshedFailsTheScan) {
 TEST_F(RunJob, StopsOnSignalWithTheReportWritten) {
   scan("a", "one");
   scan("b", "two");
-  scan("c", "three");
+  scan("c", "six");
   work.before_end = [&](const std::string& name) {
     if (name != "b") return;
     stop.signal.store(SIGTERM);

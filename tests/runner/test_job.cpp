@@ -44,8 +44,7 @@ TEST(JobFrom, ReportsAllProblemsAtOnceWithPlaceAndNearest) {
 }
 
 TEST(JobFrom, RefusesKeysThatThisVersionWouldIgnore) {
-  for (const std::string line : {"settle_s: 3", "notify: x", "resources: {until: '05:30'}",
-                                 "executor: slurm", "brick: {}"}) {
+  for (const std::string line : {"notify: x", "executor: slurm", "brick: {}"}) {
     const auto refused = job("scanmill: 1\n" + line + "\n");
     ASSERT_FALSE(refused.ok()) << line;
     EXPECT_NE(refused.error().text().find("not in this version"), std::string::npos) << refused.error().text();
@@ -88,9 +87,27 @@ TEST(JobFrom, NamesTheCommandLineAsPlaceOfBadSets) {
   }
 }
 
+TEST(JobFrom, ReadsHowToRun) {
+  const auto read = job(
+      "scanmill: 1\nsettle_s: 5\nexecutor: inline\nretry: {transient: 4, wait_s: 0.5}\n"
+      "resources: {until: '05:30', disk: 2G, scan_time_limit: 90m}\n");
+  ASSERT_TRUE(read.ok()) << read.error().text();
+  EXPECT_EQ(read->how.settle_s, 5);
+  EXPECT_TRUE(read->how.in_this_process);
+  EXPECT_EQ(read->how.retry_transient, 4);
+  EXPECT_EQ(read->how.retry_internal, 1);
+  EXPECT_EQ(read->how.retry_wait_s, 0.5);
+  EXPECT_EQ(read->how.until_minute, 330);
+  EXPECT_EQ(read->how.disk, 2ull << 30);
+  EXPECT_EQ(read->how.scan_time_limit_s, 5400);
+  for (const std::string line : {"resources: {until: '5:3'}", "resources: {until: '24:00'}", "resources: {disk: 0}",
+                                 "resources: {scan_time_limit: soon}", "retry: {often: 3}", "settle_s: -1"})
+    EXPECT_FALSE(job("scanmill: 1\n" + line + "\n").ok()) << line;
+}
+
 TEST(JobFrom, OverridesMustNameScansAndMayNotChangeDiscovery) {
   EXPECT_FALSE(job("scanmill: 1\noverrides: [{lattice: {bin_mm: 1}}]\n").ok());
-  EXPECT_FALSE(job("scanmill: 1\noverrides: [{scans: a, mesh_vertices_as_scan: true}]\n").ok());
+  EXPECT_FALSE(job("scanmill: 1\noverrides: [{scans: a, views: []}]\n").ok());
   EXPECT_FALSE(job("scanmill: 1\noverrides: [{scans: a, archive: b}]\n").ok());
   EXPECT_FALSE(job("scanmill: 1\noverrides: 3\n").ok());
 }

@@ -1,0 +1,213 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fcntl.h>
+#include <poll.h>
+#include <sys/prctl.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <csignal>
+#include <cstring>
+#include <mutex>
+
+#include "runner/executor.hpp"
+#include "runner/machine.hpp"
+
+namespace scanmill::runner {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+using document::Node;
+
+constexpr auto kTellInterval = std::chrono::milliseconds(100);
+
+bool write_all(int file, std::string_view text) {
+  while (!text.empty()) {
+    const ssize_t n = write(file, text.data(), text.size());
+    if (n < 0 && errno == EINTR) continue;
+    if (n < 0) return false;
+    text.remove_prefix(static_cast<std::size_t>(n));
+  }
+  return true;
+}
+
+/// A line to the driver when a stage begins, and ten times a second.
+class PipeProgress final : public Progress {
+ public:
+  explicit PipeProgress(int file) : file_(file) {}
+  void stage(std::string_view name, std::uint64_t done, std::uint64_t total) override {
+    const std::unique_lock<std::mutex> guard(mutex_, std::try_to_lock);
+    if (!guard.owns_lock()) return;  // another thread is telling
+    const auto now = Clock::now();
+    if (name == stage_ && now < next_) return;
+    stage_ = name;
+    next_ = now + kTellInterval;
+    Node line = Node::map();
+    line.set("stage", name);
+    line.set("done", done);
+    line.set("total", total);
+    (void)write_all(file_, document::to_json(line) + "\n");
+  }
+
+ private:
+  int file_;
+  std::mutex mutex_;
+  std::string stage_;
+  Clock::time_point next_{};
+};
+
+struct Child {
+  int pipe = -1;
+  std::string text;  // of the line that is being received
+  std::optional<Attempt> answer;
+  bool killed = false, over_time = false;
+};
+
+double seconds_of(const timeval& t) { return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec); }
+
+class LocalExecutor final : public Executor {
+ public:
+  LocalExecutor(MakeScan make, LocalOptions options) : make_(std::move(make)), options_(std::move(options)) {}
+  ~LocalExecutor() override {
+    kill_all();
+    while (!running_.empty()) (void)wait(std::chrono::milliseconds(100));
+  }
+
+  Result<void> start(const Order& order) override {
+    int ends[2];
+    if (pipe2(ends, O_CLOEXEC) != 0)
+      return fail(Code::IoFailed, std::string("no pipe for a worker: ") + std::strerror(errno));
+    const pid_t driver = getpid(), pid = fork();
+    if (pid < 0) {
+      const int reason = errno;
+      close(ends[0]);
+      close(ends[1]);
+      return fail(Code::IoFailed, std::string("no process for a worker: ") + std::strerror(reason));
+    }
+    if (pid == 0) be_worker(order, ends[1], driver);
+    close(ends[1]);
+    running_.push_back({order, pid, Clock::now(), "start", 0, 0});
+    children_.push_back({ends[0], {}, {}, false, false});
+    return {};
+  }
+
+  std::vector<Ended> wait(std::chrono::milliseconds timeout) override {
+    std::vector<pollfd> polled;
+    for (const Child& child : children_) polled.push_back({child.pipe, POLLIN, 0});
+    if (poll(polled.data(), polled.size(), static_cast<int>(timeout.count())) > 0)
+      for (std::size_t i = 0; i < polled.size(); ++i)
+        if (polled[i].revents != 0) receive(i);
+    std::vector<Ended> ended;
+    for (std::size_t i = running_.size(); i-- > 0;) {
+      if (children_[i].pipe < 0) {
+        ended.push_back(reap(i));
+      } else if (Clock::now() - running_[i].began > std::chrono::duration<double>(options_.time_limit_s)) {
+        children_[i].over_time = true;
+        kill(running_[i].pid, SIGKILL);
+      }
+    }
+    std::reverse(ended.begin(), ended.end());
+    return ended;
+  }
+
+  const std::vector<Running>& running() const override { return running_; }
+
+  void stop_all() override {
+    for (const Running& one : running_) kill(one.pid, SIGTERM);
+  }
+  void kill_all() override {
+    for (std::size_t i = 0; i < running_.size(); ++i) {
+      children_[i].killed = true;
+      kill(running_[i].pid, SIGKILL);
+    }
+  }
+
+ private:
+  [[noreturn]] void be_worker(const Order& order, int pipe, pid_t driver) {
+    prctl(PR_SET_PDEATHSIG, SIGKILL);
+    if (getppid() != driver) _exit(1);
+    prctl(PR_SET_NAME, "scanmill-scan");
+    for (const Child& other : children_) close(other.pipe);
+    if (options_.in_child) options_.in_child();
+    signal(SIGINT, SIG_IGN);  // Ctrl-C reaches all processes of a terminal; the driver decides what it means
+    signal(SIGUSR1, SIG_IGN);
+    if (order.memory) (void)cap_memory(order.memory);
+    PipeProgress progress(pipe);
+    const Attempt attempt = make_(order, progress);
+    Node line = Node::map();
+    line.set("attempt", to_document(attempt));
+    _exit(write_all(pipe, document::to_json(line) + "\n") ? 0 : 1);
+  }
+
+  void receive(std::size_t i) {
+    Child& child = children_[i];
+    char buffer[1 << 16];
+    const ssize_t n = read(child.pipe, buffer, sizeof buffer);
+    if (n < 0 && (errno == EINTR || errno == EAGAIN)) return;
+    if (n <= 0) {
+      close(child.pipe);
+      child.pipe = -1;
+      return;
+    }
+    child.text.append(buffer, static_cast<std::size_t>(n));
+    for (std::size_t end = child.text.find('\n'); end != std::string::npos; end = child.text.find('\n')) {
+      take(child.text.substr(0, end), running_[i], child);
+      child.text.erase(0, end + 1);
+    }
+  }
+
+  static void take(const std::string& text, Running& running, Child& child) {
+    const auto line = document::parse_json(text, "worker");
+    if (!line) return;
+    if (const Node* attempt = line->find("attempt")) {
+      if (auto read = attempt_from(*attempt)) child.answer = *std::move(read);
+      return;
+    }
+    const Node *stage = line->find("stage"), *done = line->find("done"), *total = line->find("total");
+    if (!stage || !done || !total) return;
+    running.stage = stage->as_string();
+    running.done = static_cast<std::uint64_t>(done->as_integer());
+    running.total = static_cast<std::uint64_t>(total->as_integer());
+  }
+
+  /// The pipe is closed: the process has ended, or is about to.
+  Ended reap(std::size_t i) {
+    int status = 0;
+    rusage use{};
+    while (wait4(running_[i].pid, &status, 0, &use) < 0 && errno == EINTR) {
+    }
+    Ended ended;
+    ended.order = running_[i].order;
+    ended.stage = running_[i].stage;
+    ended.attempt = std::move(children_[i].answer);
+    ended.over_time = children_[i].over_time;
+    ended.seconds = std::chrono::duration<double>(Clock::now() - running_[i].began).count();
+    ended.cpu_seconds = seconds_of(use.ru_utime) + seconds_of(use.ru_stime);
+    ended.peak_memory = static_cast<std::uint64_t>(use.ru_maxrss) * 1024;
+    if (WIFSIGNALED(status)) {
+      ended.death =
+          "signal " + std::to_string(WTERMSIG(status)) + " (" + std::string(strsignal(WTERMSIG(status))) + ")";
+      ended.killed_by_system = WTERMSIG(status) == SIGKILL && !children_[i].killed && !children_[i].over_time;
+    } else if (!ended.attempt) {
+      ended.death = "exit code " + std::to_string(WEXITSTATUS(status)) + " without an answer";
+    }
+    running_.erase(running_.begin() + static_cast<std::ptrdiff_t>(i));
+    children_.erase(children_.begin() + static_cast<std::ptrdiff_t>(i));
+    return ended;
+  }
+
+  MakeScan make_;
+  LocalOptions options_;
+  std::vector<Running> running_;
+  std::vector<Child> children_;  // in the same order
+};
+
+}  // namespace
+
+std::unique_ptr<Executor> make_local_executor(MakeScan make, LocalOptions options) {
+  return std::make_unique<LocalExecutor>(std::move(make), std::move(options));
+}
+
+}  // namespace scanmill::runner

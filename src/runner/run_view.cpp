@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "runner/run_view.hpp"
+
+#include <algorithm>
+#include <cstdio>
+
+#include "base/text.hpp"
+#include "runner/machine.hpp"
+#include "store/files.hpp"
+
+namespace scanmill::runner {
+
+using document::Node;
+
+namespace {
+
+constexpr auto kTtyInterval = std::chrono::milliseconds(100);
+constexpr auto kHeartbeat = std::chrono::seconds(60);
+constexpr auto kJsonInterval = std::chrono::seconds(3);
+constexpr auto kSaveInterval = std::chrono::seconds(2);
+
+double age_of(const Running& one) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - one.began).count();
+}
+
+/// "1:07" or "2:01:07"
+std::string short_clock(double seconds) {
+  std::string text = clock_text(seconds);
+  return text.starts_with("00:") ? text.substr(text[3] == '0' ? 4 : 3) : text;
+}
+
+std::vector<const Running*> slowest_first(std::span<const Running> running) {
+  std::vector<const Running*> list;
+  for (const Running& one : running) list.push_back(&one);
+  std::sort(list.begin(), list.end(), [](const Running* a, const Running* b) { return a->began < b->began; });
+  return list;
+}
+
+std::uint64_t percent(std::uint64_t part, std::uint64_t whole) {
+  return whole == 0
+             ? 0
+             : std::min<std::uint64_t>(
+                   100, static_cast<std::uint64_t>(100.0 * static_cast<double>(part) / static_cast<double>(whole)));
+}
+
+std::uint64_t failed_of(const RunReport& report) {
+  return report.count(ScanFate::Failed) + report.count(ScanFate::Stale);
+}
+
+/// By the bytes that are through; 0 while that says nothing.
+double seconds_left(const RunPicture& picture) {
+  if (picture.bytes_done == 0 || picture.seconds < 1) return 0;
+  return picture.seconds * static_cast<double>(picture.bytes_all - picture.bytes_done) /
+         static_cast<double>(picture.bytes_done);
+}
+
+}  // namespace
+
+std::string line_of(const RunPicture& picture) {
+  const RunReport& report = picture.report;
+  std::string line = std::to_string(report.count(ScanFate::Done)) + " done";
+  if (const auto unchanged = report.count(ScanFate::Unchanged)) line += ", " + std::to_string(unchanged) + " unchanged";
+  if (const auto failed = failed_of(report)) line += ", " + std::to_string(failed) + " failed";
+  line += ", " + std::to_string(picture.running.size()) + " running";
+  if (!picture.running.empty()) {
+    const Running& slowest = *slowest_first(picture.running).front();
+    line += " (" + picture.names[slowest.order.scan] + " " + slowest.stage + " " + short_clock(age_of(slowest)) + ")";
+  }
+  line += ", " + std::to_string(picture.waiting) + " waiting | " +
+          std::to_string(percent(picture.bytes_done, picture.bytes_all)) + " % of " + bytes_text(picture.bytes_all) +
+          " | " + short_clock(picture.seconds);
+  if (const double left = seconds_left(picture); left > 0) line += ", about " + short_clock(left) + " left";
+  if (!picture.remark.empty()) line += " | " + picture.remark;
+  return line;
+}
+
+std::vector<std::string> block_of(const RunPicture& picture) {
+  std::vector<std::string> lines;
+  for (const Running* one : slowest_first(picture.running)) {
+    std::string line = "  " + picture.names[one->order.scan] + "  " + one->stage;
+    if (one->total > 0) line += "  " + std::to_string(percent(one->done, one->total)) + " %";
+    line += "  " + short_clock(age_of(*one)) + ", " + counted(static_cast<std::uint64_t>(one->order.threads), "thread");
+    lines.push_back(std::move(line));
+  }
+  lines.push_back(line_of(picture));
+  return lines;
+}
+
+Node to_document(const RunPicture& picture, std::uint64_t epoch) {
+  const RunReport& report = picture.report;
+  Node tree = Node::map();
+  tree.set("scanmill_live", 1);
+  tree.set("epoch", epoch);
+  tree.set("host", report.host);
+  tree.set("pid", report.pid);
+  tree.set("job", report.job_path);
+  tree.set("started", report.started);
+  tree.set("heartbeat", utc_now());
+  tree.set("seconds", picture.seconds);
+  tree.set("seconds_left", seconds_left(picture));
+  Node counts = Node::map();
+  for (const ScanFate fate : {ScanFate::Unchanged, ScanFate::Done, ScanFate::Failed, ScanFate::Stale,
+                              ScanFate::Quarantined, ScanFate::Interrupted})
+    counts.set(name_of(fate), report.count(fate));
+  counts.set("waiting", static_cast<std::uint64_t>(picture.waiting));
+  tree.set("counts", std::move(counts));
+  tree.set("bytes_done", picture.bytes_done);
+  tree.set("bytes", picture.bytes_all);
+  if (!picture.remark.empty()) tree.set("remark", picture.remark);
+  Node running = Node::sequence();
+  for (const Running* one : slowest_first(picture.running)) {
+    Node row = Node::map();
+    row.set("scan", picture.names[one->order.scan]);
+    row.set("stage", one->stage);
+    row.set("done", one->done);
+    row.set("total", one->total);
+    row.set("seconds", age_of(*one));
+    row.set("pid", one->pid);
+    row.set("threads", one->order.threads);
+    row.set("memory_bytes", one->order.memory);
+    running.push(std::move(row));
+  }
+  tree.set("running", std::move(running));
+  return tree;
+}
+
+void RunView::show(const RunPicture& picture) {
+  const auto now = Clock::now();
+  if (now >= next_save_) {
+    next_save_ = now + kSaveInterval;
+    // What cannot be written is not missed: the run goes on, and says so itself when it matters.
+    (void)store::write_scratch(live_file_, document::to_json(to_document(picture, epoch_)) + "\n");
+  }
+  const ProgressStyle style = console_.style();
+  const auto interval = style == ProgressStyle::Tty    ? Clock::duration(kTtyInterval)
+                        : style == ProgressStyle::Json ? Clock::duration(kJsonInterval)
+                                                       : Clock::duration(kHeartbeat);
+  if (!began_ && style != ProgressStyle::Tty) next_show_ = now + interval;
+  began_ = true;
+  if (now < next_show_) return;
+  next_show_ = now + interval;
+  if (style == ProgressStyle::Tty) return console_.block(block_of(picture));
+  if (style == ProgressStyle::Plain) return console_.progress_line(utc_now() + "  " + line_of(picture), Node());
+  for (const Running& one : picture.running) {
+    Node event = Console::event("progress");
+    event.set("scan", picture.names[one.order.scan]);
+    event.set("stage", one.stage);
+    event.set("done", one.done);
+    event.set("total", one.total);
+    event.set("per_second", 0.0);
+    event.set("eta_s", 0.0);
+    console_.progress_line("", event);
+  }
+}
+
+void RunView::snapshot(const RunPicture& picture) {
+  for (const std::string& line : block_of(picture)) console_.remark(line);
+}
+
+void RunView::end() {
+  console_.end();
+  (void)store::remove_tree(live_file_);
+}
+
+}  // namespace scanmill::runner

@@ -1,0 +1,256 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "runner/scan_maker.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <new>
+
+#include "base/text.hpp"
+#include "runner/journal.hpp"
+#include "runner/machine.hpp"
+#include "runner/scan_messages.hpp"
+#include "runner/test_fault.hpp"
+#include "store/files.hpp"
+
+namespace scanmill::runner {
+
+using document::Node;
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point begin) { return std::chrono::duration<double>(Clock::now() - begin).count(); }
+
+template <class F>
+Result<Outcome> guarded(std::uint64_t memory, F&& body) {
+  try {
+    return body();
+  } catch (const std::bad_alloc&) {
+    return fail(Code::NoSpace,
+                "the memory cap of " + bytes_text(memory) +
+                    " was reached; raise resources.memory (--memory) or choose larger bins",
+                "memory");
+  } catch (const std::exception& error) {
+    return fail(Code::Internal, std::string("unexpected: ") + error.what() + "; please report it with the scan's log");
+  }
+}
+
+/// Passes stages on and remembers the latest.
+class StageWatch final : public Progress {
+ public:
+  StageWatch(Progress& onward, std::string& latest) : onward_(onward), latest_(latest) {}
+  void stage(std::string_view name, std::uint64_t done, std::uint64_t total) override {
+    {
+      const std::lock_guard<std::mutex> guard(mutex_);
+      if (latest_ != name) latest_ = name;
+    }
+    onward_.stage(name, done, total);
+  }
+
+ private:
+  Progress& onward_;
+  std::mutex mutex_;
+  std::string& latest_;
+};
+
+}  // namespace
+
+std::vector<std::string> result_files(const OutputTree& tree, const std::string& name) {
+  std::vector<std::string> files;
+  if (const auto state = load_state(tree.scan(name)))
+    for (const OutputFile& output : state->outputs) files.push_back("scans/" + name + "/" + output.name);
+  return files;
+}
+
+Node to_document(const Attempt& attempt) {
+  Node tree = Node::map();
+  tree.set("scan", to_document(attempt.entry));
+  tree.set("fingerprint", attempt.fingerprint);
+  tree.set("output_is_bad", attempt.output_is_bad);
+  tree.set("hashes", attempt.hashes);
+  tree.set("message", attempt.entry.error.message);
+  tree.set("where", attempt.entry.error.where);
+  return tree;
+}
+
+Result<Attempt> attempt_from(const Node& tree) {
+  const Node *scan = tree.find("scan"), *bad = tree.find("output_is_bad");
+  std::string texts[4];
+  const char* const keys[] = {"fingerprint", "hashes", "message", "where"};
+  for (std::size_t i = 0; i < 4; ++i) {
+    const Node* text = tree.find(keys[i]);
+    if (!scan || !bad || !bad->is_bool() || !text || !text->is_string())
+      return fail(Code::Internal, "a worker's answer has another form than expected");
+    texts[i] = text->as_string();
+  }
+  Attempt attempt;
+  TRY_ASSIGN(attempt.entry, entry_from(*scan));
+  attempt.fingerprint = texts[0];
+  attempt.hashes = texts[1];
+  attempt.entry.error.message = texts[2];
+  attempt.entry.error.where = texts[3];
+  attempt.output_is_bad = bad->as_bool();
+  return attempt;
+}
+
+/// True when the scan's result stands, or the same work failed before.
+bool ScanMaker::settle(const SelectedScan& scan, const Fingerprint& fingerprint, const std::optional<ScanState>& state,
+                       ScanEntry& entry) const {
+  const std::string& name = scan.task.name;
+  entry.why = reasons_to_run(state, frame_.tree.scan(name), fingerprint, scan.what);
+  if (entry.why.empty()) {
+    entry.fate = ScanFate::Unchanged;
+    entry.counts = state->counts;
+    entry.record_identity = state->record_identity;
+    entry.failed_gates = state->failed_gates;
+    for (const OutputFile& output : state->outputs) entry.files.push_back("scans/" + name + "/" + output.name);
+    return true;
+  }
+  const Quarantine::Entry* held =
+      frame_.options.only.empty() ? frame_.quarantine.find(name, fingerprint.value, frame_.memory) : nullptr;
+  if (!held) return false;
+  entry.fate = ScanFate::Quarantined;
+  entry.error = fail(Code::BadInput, held->error);
+  entry.failure = held->failure;
+  return true;
+}
+
+Judgement ScanMaker::judge(const SelectedScan& scan, ScanEntry entry) const {
+  const auto fingerprint = frame_.work.known_fingerprint(scan.number, scan.what);
+  Judgement judgement;
+  judgement.entry = std::move(entry);
+  if (fingerprint)
+    judgement.needs_work = !settle(scan, *fingerprint, load_state(frame_.tree.scan(scan.task.name)), judgement.entry);
+  return judgement;
+}
+
+Attempt ScanMaker::make(const SelectedScan& scan, ScanEntry entry, int threads, std::uint64_t memory,
+                        Progress& progress) const {
+  const std::string& name = scan.task.name;
+  const auto began = Clock::now();
+  const double cpu = cpu_seconds();
+  const std::string started = utc_now();
+  Attempt result;
+  std::string latest;
+  StageWatch watch(progress, latest);
+  watch.stage("check inputs", 0, 0);
+  auto fingerprint = frame_.work.fingerprint(scan.number, scan.what);
+  const auto state = load_state(frame_.tree.scan(name));
+  if (fingerprint) {
+    result.fingerprint = fingerprint->value;
+    result.hashes = frame_.work.save_hashes_of(scan.number);
+  }
+  const auto end = [&] {
+    if (entry.attempts > 0) {
+      entry.started = entry.started.empty() ? started : entry.started;
+      entry.ended = utc_now();
+    }
+    entry.seconds += seconds_since(began);
+    entry.cpu_seconds += cpu_seconds() - cpu;
+    entry.peak_memory = peak_memory();
+    result.entry = std::move(entry);
+    return std::move(result);
+  };
+  if (!fingerprint) {
+    entry.why = {state ? "its inputs cannot be read" : "new"};
+    fail_entry(scan.task.broken.empty() ? fingerprint.error() : fail(Code::BadInput, scan.task.broken),
+               state.has_value(), entry);
+    entry.failed_stage = latest;
+    return end();
+  }
+  if (settle(scan, *fingerprint, state, entry) || frame_.options.dry_run) return end();
+  if (!scan.task.broken.empty()) {
+    const Error broken = fail(Code::BadInput, scan.task.broken);
+    if (const auto log = begin_log(scan, entry, threads, watch)) (*log)->line("failed: " + broken.text());
+    fail_entry(broken, state.has_value(), entry);
+    return end();
+  }
+  if (auto made = attempt(scan, *fingerprint, entry, threads, memory, watch); made) {
+    entry.fate = ScanFate::Done;
+  } else {
+    const Error& error = made.error();
+    const bool machine = error.code == Code::IoFailed || (error.code == Code::NoSpace && error.where != "memory");
+    result.output_is_bad = machine && ((" " + error.where).find(" " + frame_.tree.root() + "/") != std::string::npos ||
+                                       frame_.tree.is_unwritable());
+    fail_entry(error, state.has_value(), entry);
+    entry.failed_stage = latest;
+  }
+  return end();
+}
+
+/// A log that says when, with what and why.
+Result<std::unique_ptr<ScanLog>> ScanMaker::begin_log(const SelectedScan& scan, const ScanEntry& entry, int threads,
+                                                      Progress& progress) const {
+  TRY_ASSIGN(auto log, ScanLog::begin(frame_.tree.log(scan.task.name), progress));
+  log->line("scan " + scan.task.name + ", " + utc_now() + ", scanmill " + frame_.options.version + " on " +
+            frame_.host + ", " + counted(static_cast<std::uint64_t>(threads), "thread") +
+            (entry.attempts > 1 ? ", attempt " + std::to_string(entry.attempts) : ""));
+  log->line("why: " + joined_lines(entry.why, "; "));
+  log->line("what: " + document::to_canonical_json(scan.what));
+  return log;
+}
+
+/// From an empty folder to the switch.
+Result<void> ScanMaker::attempt(const SelectedScan& scan, const Fingerprint& fingerprint, ScanEntry& entry, int threads,
+                                std::uint64_t memory, Progress& progress) const {
+  ++entry.attempts;
+  TRY_ASSIGN(const auto log, begin_log(scan, entry, threads, progress));
+  TRY_ASSIGN(const std::string folder, frame_.tree.begin_attempt(scan.task.name));
+  auto made = fill(scan, fingerprint, folder, entry, threads, memory, *log);
+  if (made && frame_.stop.flag.is_set()) made = fail(Code::Cancelled, "stopped before the result was put in place");
+  if (made) made = still_ours();
+  if (made) made = frame_.tree.commit(folder, scan.task.name);
+  if (!made) {
+    log->line("failed: " + made.error().text());
+    (void)store::remove_tree(folder);
+    return made;
+  }
+  for (const std::string& note : entry.notes) log->line("note: " + note);
+  for (const std::string& gate : entry.failed_gates) log->line("gate failed: " + gate);
+  for (const auto& [stage, seconds] : entry.stage_seconds)
+    log->line("stage " + stage + " took " + seconds_text(seconds));
+  for (const Node::Entry& count : entry.counts.entries())
+    log->line(count.key + " " + document::to_canonical_json(count.value));
+  log->line("done, record " + entry.record_identity + ", " + utc_now());
+  entry.files = result_files(frame_.tree, scan.task.name);
+  return {};
+}
+
+Result<void> ScanMaker::fill(const SelectedScan& scan, const Fingerprint& fingerprint, const std::string& folder,
+                             ScanEntry& entry, int threads, std::uint64_t memory, Progress& progress) const {
+  auto outcome = guarded(memory, [&] {
+    act_on_test_fault(scan.task.name);
+    const ChunkLoop loop(threads);
+    return frame_.work.run(scan.number, scan.what, folder, {loop, frame_.stop.flag}, progress);
+  });
+  if (!outcome) return std::move(outcome).error();
+  entry.notes.insert(entry.notes.end(), outcome->notes.begin(), outcome->notes.end());
+  entry.counts = outcome->counts;
+  entry.record_identity = outcome->record_identity;
+  entry.stage_seconds = outcome->stage_seconds;
+  entry.failed_gates = outcome->failed_gates;
+  TRY_ASSIGN(const Fingerprint after, frame_.work.fingerprint(scan.number, scan.what));
+  if (after.value != fingerprint.value)
+    return fail(Code::BadInput, "an input changed while the scan was made; run again when its writer has finished",
+                scan.task.name);
+  ScanState state{fingerprint, scan.what, outcome->counts, outcome->record_identity, outcome->failed_gates, {}};
+  return save_state(state, folder);
+}
+
+/// A run that was held up while another took the output over must not put anything in place.
+Result<void> ScanMaker::still_ours() const {
+  if (latest_epoch(frame_.tree.journal()) <= frame_.epoch) return {};
+  return fail(Code::Cancelled, "another run has taken over this output; nothing was put in place");
+}
+
+void ScanMaker::fail_entry(const Error& error, bool has_result, ScanEntry& entry) const {
+  entry.error = error;
+  entry.failure = class_of(error);
+  entry.fate = error.code == Code::Cancelled ? ScanFate::Interrupted : has_result ? ScanFate::Stale : ScanFate::Failed;
+  if (!has_result) return;
+  entry.files = result_files(frame_.tree, entry.name);
+  if (const auto state = load_state(frame_.tree.scan(entry.name))) entry.failed_gates = state->failed_gates;
+}
+
+}  // namespace scanmill::runner

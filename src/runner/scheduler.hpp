@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: Apache-2.0
+// The middle of a run: takes scans from the worklist to the executor and decides what becomes of those that fail.
+#pragma once
+#include <chrono>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "runner/executor.hpp"
+#include "runner/job.hpp"
+#include "runner/journal.hpp"
+#include "runner/run_view.hpp"
+#include "runner/worklist.hpp"
+
+namespace scanmill::runner {
+
+class Scheduler {
+ public:
+  struct Parts {
+    const RunOptions& options;
+    const How& how;
+    const OutputTree& tree;
+    const Selection& selection;
+    const ScanMaker& maker;
+    Work& work;
+    Console& console;
+    Stop& stop;
+    RunReport& report;  // one entry per scan of the selection, in its order, first
+    Quarantine& quarantine;
+    Journal* journal;  // nullptr in a dry run
+    Executor& executor;
+    std::uint64_t memory = 0;   // to share out; 0: no cap
+    std::function<int()> save;  // run.json; the exit code
+    std::function<void(const Error&)> complain;
+  };
+  explicit Scheduler(Parts parts);
+  /// Every scan unchanged, done, failed or put off. The exit code as far as it is not told by the scans' fates.
+  int run();
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  void sort_out();
+  void put_on_list(std::size_t scan);
+  void listen();
+  void start_ready();
+  bool may_start(const WorkItem& item, const Order& order);
+  bool settles(WorkItem& item);
+  void end(Ended&& ended);
+  void take_over_death(Ended& ended, ScanEntry& entry) const;
+  bool goes_again(WorkItem item, const Ended& ended, const ScanEntry& entry);
+  void finish_scan(const WorkItem& item, const Ended& ended, const std::string& fingerprint);
+  void note_end(const WorkItem& item, const Ended& ended, bool again);
+  void keep_state();
+  void put_off(const std::string& why);
+  std::string needs_space() const;
+  void recall_memory();
+  Room room() const;
+  RunPicture picture() const;
+  const std::string& name(std::size_t scan) const { return names_[scan]; }
+
+  Parts p_;
+  Worklist list_;
+  RunView view_;
+  std::vector<std::string> names_;
+  std::vector<std::optional<WorkItem>> at_work_;  // by scan
+  std::vector<std::uint64_t> remembered_;         // memory that a scan was found to need
+  Clock::time_point began_ = Clock::now(), saved_{}, asked_{}, space_checked_{}, stop_at_{};
+  double save_took_ = 0;
+  std::uint64_t bytes_all_ = 0, bytes_done_ = 0;
+  double core_seconds_ = 0;  // of what is done
+  std::uint64_t space_floor_ = 0;
+  std::optional<std::int64_t> deadline_;  // seconds since 1970
+  std::string remark_;
+  bool draining_ = false;
+  int code_ = 0;
+};
+
+}  // namespace scanmill::runner

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "runner/test_fault.hpp"
+
+#include <unistd.h>
+
+#include <csignal>
+#include <cstdlib>
+#include <cstring>
+#include <vector>
+
+namespace scanmill::runner {
+
+void act_on_test_fault(const std::string& scan) {
+  const char* asked = std::getenv("SCANMILL_TEST_FAULT");
+  if (!asked) return;
+  const std::string faults = "," + std::string(asked) + ",";
+  const auto named = [&](const char* fault) {
+    return faults.find("," + std::string(fault) + ":" + scan + ",") != std::string::npos;
+  };
+  if (named("crash")) raise(SIGSEGV);
+  if (named("kill")) raise(SIGKILL);
+  while (named("hang")) pause();
+  if (named("hog")) {
+    std::vector<std::vector<char>> all;
+    for (;;) {
+      all.emplace_back(std::size_t{16} << 20);
+      std::memset(all.back().data(), 1, all.back().size());
+    }
+  }
+}
+
+}  // namespace scanmill::runner
