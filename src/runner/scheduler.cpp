@@ -24,6 +24,7 @@ constexpr auto kStopPatience = std::chrono::seconds(10);
 constexpr double kSaveShare = 0.05;  // of the time may go into run.json
 constexpr int kMostWaits = 10;       // times settle_s for a file that keeps changing
 constexpr std::size_t kRememberedEpochs = 3;
+constexpr std::uint64_t kLeastSpace = 1 << 20;  // of a result
 
 double seconds_since(std::chrono::steady_clock::time_point begin) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
@@ -233,7 +234,7 @@ bool Scheduler::may_start(const WorkItem& item, const Order& order) {
   }
   if (p_.journal && Clock::now() - space_checked_ > kSpaceInterval) {
     space_checked_ = Clock::now();
-    if (const std::string lack = needs_space(); !lack.empty()) {
+    if (const std::string lack = lack_of_space(item); !lack.empty()) {
       p_.complain(fail(Code::NoSpace, lack, p_.tree.root()));
       code_ = kExitInternal;
       return false;
@@ -242,11 +243,14 @@ bool Scheduler::may_start(const WorkItem& item, const Order& order) {
   return true;
 }
 
-std::string Scheduler::needs_space() const {
+/// The files of a result take about as much as its inputs; empty when there is room.
+std::string Scheduler::lack_of_space(const WorkItem& item) const {
   const auto space = store::free_space(p_.tree.root());
-  if (!space || *space >= space_floor_) return {};
-  return "only " + bytes_text(*space) + " are left on the disk, " + bytes_text(space_floor_) +
-         " are to stay free; free space or raise resources.disk, and run again: what is done is kept";
+  const std::uint64_t needs = item.bytes + kLeastSpace;
+  if (!space || *space >= space_floor_ + needs) return {};
+  return bytes_text(*space) + " are free, of which " + bytes_text(space_floor_) + " are to stay free, and " +
+         name(item.scan) + " needs about " + bytes_text(needs) +
+         "; free space or raise resources.disk, and run again: what is done is kept";
 }
 
 void Scheduler::put_off(const std::string& why) {

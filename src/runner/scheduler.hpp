@@ -53,7 +53,7 @@ class Scheduler {
   void note_end(const WorkItem& item, const Ended& ended, bool again);
   void keep_state();
   void put_off(const std::string& why);
-  std::string needs_space() const;
+  std::string lack_of_space(const WorkItem& item) const;
   void recall_memory();
   Room room() const;
   RunPicture picture() const;

@@ -89,13 +89,16 @@ class FakeWork final : public Work {
     return outcome;
   }
   std::optional<Fingerprint> known_fingerprint(std::size_t, const document::Node&) override { return std::nullopt; }
-  InputLook look_at(std::size_t scan) const override { return {text_of(scan).size(), 0}; }
+  InputLook look_at(std::size_t scan) const override {
+    return {text_of(scan).size(), changed_ns ? changed_ns(names_[scan]) : 0};
+  }
   void load_hashes(std::string_view) override {}
   std::string save_hashes() const override { return "{}"; }
   std::string save_hashes_of(std::size_t) const override { return ""; }
 
   std::vector<std::string> runs;                       // names in the order of running
   std::function<void(const std::string&)> before_end;  // called inside each run
+  std::function<std::int64_t(const std::string&)> changed_ns;
 
  private:
   std::string text_of(std::size_t scan) const { return slurp(archive_ + "/" + names_[scan] + ".txt"); }

@@ -88,9 +88,9 @@ TEST(JobFrom, NamesTheCommandLineAsPlaceOfBadSets) {
 }
 
 TEST(JobFrom, ReadsHowToRun) {
-  const auto read = job(
-      "scanmill: 1\nsettle_s: 5\nexecutor: inline\nretry: {transient: 4, wait_s: 0.5}\n"
-      "resources: {until: '05:30', disk: 2G, scan_time_limit: 90m}\n");
+  const auto read =
+      job("scanmill: 1\nsettle_s: 5\nexecutor: inline\nretry: {transient: 4, wait_s: 0.5}\n"
+          "resources: {until: '05:30', disk: 2G, scan_time_limit: 90m}\n");
   ASSERT_TRUE(read.ok()) << read.error().text();
   EXPECT_EQ(read->how.settle_s, 5);
   EXPECT_TRUE(read->how.in_this_process);

@@ -1,0 +1,204 @@
+// SPDX-License-Identifier: Apache-2.0
+// Runs with a process for every scan: what dies, hangs or hogs costs that scan alone.
+#include <csignal>
+#include <cstring>
+#include <ctime>
+
+#include "fake_work.hpp"
+#include "runner/driver.hpp"
+#include "runner/journal.hpp"
+
+namespace scanmill::runner {
+namespace {
+
+class Workers : public RunnerTest {
+ protected:
+  void scan(const std::string& name, const std::string& words) { spill(root + "/archive/" + name + ".txt", words); }
+
+  int run(std::function<void(RunOptions&)> change = {}) {
+    spill(root + "/job.yaml", job_text);
+    RunOptions options;
+    options.job = root + "/job.yaml";
+    options.out = root + "/out";
+    options.threads = 2;
+    options.executor = "local";
+    options.memory = 512ull << 20;
+    if (change) change(options);
+    std::FILE* out = std::tmpfile();
+    std::FILE* err = std::tmpfile();
+    int code = 0;
+    {
+      Stop stop;
+      Console console({ProgressStyle::None, false, false}, out, err);
+      code = run_job(options, work, console, stop);
+    }
+    text = drain(out) + drain(err);
+    if (auto tree = document::parse_json(slurp(root + "/out/run.json"), "run.json")) report = *tree;
+    return code;
+  }
+  static std::string drain(std::FILE* file) {
+    std::string all(static_cast<std::size_t>(std::ftell(file)), '\0');
+    std::rewind(file);
+    all.resize(std::fread(all.data(), 1, all.size(), file));
+    std::fclose(file);
+    return all;
+  }
+  const document::Node* entry(const std::string& scan) const {
+    for (const document::Node& one : report.find("scans")->items())
+      if (one.find("name")->as_string() == scan) return &one;
+    return nullptr;
+  }
+  std::string state(const std::string& scan) const { return entry(scan)->find("state")->as_string(); }
+  std::string error(const std::string& scan, const char* key) const {
+    const document::Node* found = entry(scan)->find("error");
+    return found ? found->find(key)->as_string() : "";
+  }
+  /// How often a scan was worked on, over all processes.
+  std::size_t tries(const std::string& scan) const { return slurp(root + "/tries-" + scan).size(); }
+  void count_try(const std::string& scan) const { std::ofstream(root + "/tries-" + scan, std::ios::app) << "."; }
+
+  FakeWork work;
+  std::string job_text =
+      "scanmill: 1\narchive: archive\nsettle_s: 0\nlattice: {bin_mm: 1}\nretry: {wait_s: 0.05}\n"
+      "resources: {scan_time_limit: 1}\n";
+  std::string text;
+  document::Node report;
+};
+
+TEST_F(Workers, WhatDiesHangsOrIsBadCostsThatScanAlone) {
+  for (const char* name : {"bad", "crash", "fine", "good", "hang", "throws"}) scan(name, name);
+  work.before_end = [&](const std::string& name) {
+    count_try(name);
+    if (name == "crash") raise(SIGABRT);
+    while (name == "hang") pause();
+  };
+  EXPECT_EQ(run(), 3) << text;
+  EXPECT_EQ(state("fine"), "done");
+  EXPECT_EQ(state("good"), "done");
+  EXPECT_EQ(error("bad", "class"), "bad_input");
+  EXPECT_EQ(error("throws", "class"), "internal");
+  EXPECT_EQ(error("crash", "class"), "internal");
+  EXPECT_NE(error("crash", "text").find("signal 6"), std::string::npos) << error("crash", "text");
+  EXPECT_NE(error("hang", "text").find("time limit"), std::string::npos) << error("hang", "text");
+  EXPECT_EQ(error("hang", "stage"), "reduce");
+  EXPECT_NE(error("hang", "repeat").find("--only hang"), std::string::npos);
+  EXPECT_EQ(tries("crash"), 2u) << "a crash is tried once more";
+  EXPECT_EQ(tries("hang"), 1u);
+  EXPECT_EQ(entry("crash")->find("attempts")->as_integer(), 2);
+
+  // The next night they are passed over with a line each, and nothing is wrong.
+  EXPECT_EQ(run(), 0) << text;
+  for (const char* name : {"bad", "crash", "hang", "throws"}) EXPECT_EQ(state(name), "quarantined") << name;
+  EXPECT_NE(text.find("scan crash: quarantined"), std::string::npos) << text;
+  EXPECT_EQ(tries("crash"), 2u);
+  job_text += "strict: true\n";
+  EXPECT_EQ(run(), 3);
+  // A file that changed is tried again.
+  work.before_end = {};
+  scan("crash", "mended");
+  EXPECT_EQ(run([](RunOptions&) {}), 3);
+  EXPECT_EQ(state("crash"), "done");
+}
+
+TEST_F(Workers, GetMoreMemoryWhenTheyLackIt) {
+  for (int i = 0; i < 4; ++i) scan("s" + std::to_string(i), "light");
+  scan("t-heavy", "heavy");
+  work.before_end = [&](const std::string& name) {
+    count_try(name);
+    if (name != "t-heavy") return;
+    std::vector<char> block(300u << 20);
+    std::memset(block.data(), 1, block.size());
+  };
+  EXPECT_EQ(run(), 0) << text;
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+  EXPECT_GT(tries("t-heavy"), 1u);
+  EXPECT_NE(text.find("tried again with"), std::string::npos) << text;
+  EXPECT_GT(entry("t-heavy")->find("peak_memory_bytes")->as_integer(), 300 << 20);
+  // What it needed is remembered.
+  scan("t-heavy", "heavy2");
+  std::filesystem::remove(root + "/tries-t-heavy");
+  EXPECT_EQ(run(), 0) << text;
+  EXPECT_EQ(tries("t-heavy"), 1u);
+  // With a cap that is too small it fails, is not tried again there, but is with more.
+  scan("t-heavy", "heavy3");
+  const auto small = [](RunOptions& options) { options.memory = 200u << 20; };
+  EXPECT_EQ(run(small), 3) << text;
+  EXPECT_EQ(error("t-heavy", "class"), "resource");
+  EXPECT_EQ(run(small), 0) << text;
+  EXPECT_EQ(state("t-heavy"), "quarantined");
+  EXPECT_EQ(run(), 0) << text;
+  EXPECT_EQ(state("t-heavy"), "done");
+#endif
+}
+
+TEST_F(Workers, ThatAreKilledFromOutsideCountAsALackOfMemory) {
+  scan("a", "one");
+  scan("b", "two");
+  work.before_end = [&](const std::string& name) {
+    count_try(name);
+    if (name == "a" && tries("a") == 1) raise(SIGKILL);
+  };
+  EXPECT_EQ(run(), 0) << text;
+  EXPECT_EQ(state("a"), "done");
+  EXPECT_EQ(tries("a"), 2u);
+  EXPECT_NE(text.find("killed from outside"), std::string::npos) << text;
+}
+
+TEST_F(Workers, WaitForFilesToSettle) {
+  job_text = "scanmill: 1\narchive: archive\nsettle_s: 2\nlattice: {bin_mm: 1}\n";
+  scan("a", "old");
+  scan("b", "young");
+  // Changed half a second before it would have settled.
+  const auto began = std::chrono::steady_clock::now();
+  const std::int64_t now =
+      std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::system_clock::now().time_since_epoch()).count();
+  work.changed_ns = [now](const std::string& name) { return name == "b" ? now - 1'500'000'000 : 0; };
+  EXPECT_EQ(run(), 0) << text;
+  EXPECT_EQ(state("b"), "done");
+  EXPECT_GE(std::chrono::steady_clock::now() - began, std::chrono::milliseconds(400));
+}
+
+TEST_F(Workers, LeaveAJournalOfEveryStartAndEnd) {
+  for (const char* name : {"a", "b", "c"}) scan(name, name);
+  ASSERT_EQ(run(), 0);
+  std::size_t starts = 0, ends = 0;
+  for (const document::Node& event : load_journal(root + "/out/journal", 1)) {
+    starts += event.find("type")->as_string() == "start";
+    ends += event.find("type")->as_string() == "end";
+  }
+  EXPECT_EQ(starts, 3u);
+  EXPECT_EQ(ends, 3u);
+  EXPECT_EQ(latest_epoch(root + "/out/journal"), 1u);
+}
+
+TEST_F(Workers, OfARunThatWasOvertakenPutNothingInPlace) {
+  scan("a", "one");
+  work.before_end = [&](const std::string&) { spill(root + "/out/journal/99.jsonl", ""); };
+  (void)run();
+  EXPECT_EQ(state("a"), "interrupted");
+  EXPECT_NE(error("a", "text").find("taken over"), std::string::npos);
+  EXPECT_FALSE(std::filesystem::exists(root + "/out/scans/a"));
+}
+
+TEST_F(Workers, StartNothingThatWouldNotEndInTime) {
+  scan("a", "one");
+  std::time_t soon = std::time(nullptr) + 120;
+  std::tm parts{};
+  localtime_r(&soon, &parts);
+  char time_of_day[8];
+  std::strftime(time_of_day, sizeof time_of_day, "%H:%M", &parts);
+  job_text += "# " + std::string(time_of_day) + "\n";
+  EXPECT_EQ(run([&](RunOptions& o) { o.sets = {"resources.until=\"" + std::string(time_of_day) + "\""}; }), 0) << text;
+  EXPECT_EQ(state("a"), "done") << "two minutes are enough for what takes no time";
+}
+
+TEST_F(Workers, RefuseToFillTheDisk) {
+  scan("a", "one");
+  EXPECT_EQ(run([](RunOptions& o) { o.sets = {"resources.disk=1"}; }), 1) << text;
+  EXPECT_NE(text.find("free space or raise resources.disk"), std::string::npos) << text;
+  EXPECT_EQ(state("a"), "pending");
+  EXPECT_EQ(run(), 0) << text;
+}
+
+}  // namespace
+}  // namespace scanmill::runner
