@@ -94,6 +94,9 @@ void add_job_commands(CLI::App& app, Options& options) {
       ->check(
           CLI::IsMember(std::vector<std::string>{runner::executor_words().begin(), runner::executor_words().end()}));
   run.add_flag("--dry-run", options.run.dry_run, "Say what would be done; write nothing.");
+  run.add_option("--dag", options.run.dag,
+                 "dot or json: print what a dry run finds as a graph of tasks, and nothing else.")
+      ->check(CLI::IsMember(std::vector<std::string>{"dot", "json"}));
   run.add_flag("--explain", options.run.explain, "Say for every scan why it runs or is skipped.");
   CLI::App& init = command(app, options, "init", "Look at an archive and write a commented job for it.");
   init.add_option("archive", options.input, "Folder of scans.")->required();
@@ -101,6 +104,19 @@ void add_job_commands(CLI::App& app, Options& options) {
   CLI::App& check = command(app, options, "check", "A job or scan plan against its schema and meaning.");
   check.add_option("file", options.input, "Job or scan plan.")->required();
   check.add_option("--set", options.run.sets, "key=value as for run.")->allow_extra_args(false);
+  CLI::App& status = command(app, options, "status", "What goes on in an output folder, or how its last run ended.");
+  status.add_option("out", options.input, "Output folder of a run.")->required();
+  CLI::App& cancel =
+      command(app, options, "cancel", "Ask a run to bring its scans to the end and stop; twice: at once.");
+  cancel.add_option("out", options.input, "Output folder of the run.")->required();
+  CLI::App& retry =
+      command(app, options, "retry", "Try failed and quarantined scans again, with the job of the last run.");
+  retry.add_option("out", options.input, "Output folder of the run.")->required();
+  retry.add_option("scans", options.inputs, "Scan names or patterns; all unless given.");
+  CLI::App& gc =
+      command(app, options, "gc", "Remove what killed runs left behind, old journals, logs of scans that are gone.");
+  gc.add_option("out", options.input, "Output folder of a run.")->required();
+  gc.add_flag("--dry-run", options.run.dry_run, "Say what would be removed; remove nothing.");
 }
 
 void add_tool_commands(CLI::App& app, Options& options) {
@@ -238,6 +254,9 @@ Result<pipeline::ToolReport> run_stage(const std::string& name, const Options& o
 int dispatch(const CLI::App& app, Options& options) {
   const std::string name = app.get_subcommands()[0]->get_name();
   if (name == "run") return run_run(options.common, options.run, g_stop);
+  if (name == "status" || name == "cancel" || name == "gc")
+    return run_operation(options.common, name, options.input, options.run.dry_run);
+  if (name == "retry") return run_retry(options.common, options.input, options.inputs, g_stop);
   if (name == "check") return run_check(options.common, options.input, options.run.sets);
   if (name == "schema") {
     const auto text = schema_text(options.schema);

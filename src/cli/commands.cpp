@@ -8,6 +8,7 @@
 #include "cli/versions.hpp"
 #include "plan/plan.hpp"
 #include "runner/machine.hpp"
+#include "runner/operate.hpp"
 #include "store/files.hpp"
 
 namespace scanmill::cli {
@@ -154,8 +155,31 @@ int run_check(const CommonOptions& common, const std::string& path, std::vector<
   return runner::kExitGood;
 }
 
+int run_operation(const CommonOptions& common, const std::string& name, const std::string& out, bool dry_run) {
+  const auto options = common.console();
+  Console console(options ? *options : runner::ConsoleOptions{});
+  if (!options) return complain(console, options.error());
+  if (name == "status") return runner::show_status(out, console);
+  if (name == "cancel") return runner::cancel_run(out, console);
+  return runner::collect_garbage(out, dry_run, console);
+}
+
+int run_retry(const CommonOptions& common, const std::string& out, const std::vector<std::string>& scans,
+              runner::Stop& stop) {
+  const auto options = common.console();
+  Console console(options ? *options : runner::ConsoleOptions{});
+  if (!options) return complain(console, options.error());
+  auto again = runner::release_scans(out, scans, console);
+  if (!again) return complain(console, again.error());
+  return again->only.empty() ? runner::kExitGood : run_run(common, *std::move(again), stop);
+}
+
 int run_run(const CommonOptions& common, runner::RunOptions options, runner::Stop& stop) {
-  const auto console_options = common.console();
+  auto console_options = common.console();
+  if (console_options && !options.dag.empty()) {
+    options.dry_run = true;
+    *console_options = {runner::ProgressStyle::None, false, true};
+  }
   Console console(console_options ? *console_options : runner::ConsoleOptions{});
   if (!console_options) return complain(console, console_options.error());
   const auto cap = common.memory_cap();

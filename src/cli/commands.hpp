@@ -33,6 +33,10 @@ using Tool = std::function<Result<pipeline::ToolReport>(const Context&, Progress
 int run_tool(const CommonOptions& common, const std::string& name, const runner::Stop& stop, const Tool& tool);
 int run_check(const CommonOptions& common, const std::string& path, std::vector<std::string> sets);
 int run_run(const CommonOptions& common, runner::RunOptions options, runner::Stop& stop);
+/// status, cancel or gc of an output folder.
+int run_operation(const CommonOptions& common, const std::string& name, const std::string& out, bool dry_run);
+int run_retry(const CommonOptions& common, const std::string& out, const std::vector<std::string>& scans,
+              runner::Stop& stop);
 
 /// One line per line of the error on stderr; the exit code of the error.
 int complain(runner::Console& console, const Error& error);

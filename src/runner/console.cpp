@@ -176,6 +176,13 @@ void Console::note(const std::string& scan, const std::string& text) {
   put(err_, (scan.empty() ? "note: " : scan + ": note: ") + text, node, options_.quiet);
 }
 
+void Console::print(const std::string& text) {
+  const std::lock_guard<std::mutex> guard(mutex_);
+  erase();
+  std::fputs(text.c_str(), out_);
+  std::fflush(out_);
+}
+
 void Console::remark(const std::string& line) {
   const std::lock_guard<std::mutex> guard(mutex_);
   erase();

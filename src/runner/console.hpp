@@ -43,6 +43,8 @@ class Console final : public Progress {
   void last(const std::string& line, const document::Node& event) { put(out_, line, event, false); }
   /// Something worth knowing that is no problem: on stderr, hidden by --quiet.
   void note(const std::string& scan, const std::string& text);
+  /// A text on stdout that was asked for, as it is.
+  void print(const std::string& text);
   /// A line on stderr that was asked for.
   void remark(const std::string& line);
   /// A problem: one line each on stderr, and the event on stdout under --json.

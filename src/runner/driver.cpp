@@ -9,6 +9,7 @@
 
 #include "base/text.hpp"
 #include "runner/executor.hpp"
+#include "runner/forecast.hpp"
 #include "runner/job_scans.hpp"
 #include "runner/journal.hpp"
 #include "runner/machine.hpp"
@@ -37,6 +38,7 @@ class Driver {
     report_.version = options.version;
     report_.libraries = options.libraries;
     report_.job_path = options.job;
+    report_.job_absolute = std::filesystem::absolute(options.job).lexically_normal().string();
     report_.out = tree_.root();
     report_.sets = options.sets;
     report_.only = options.only;
@@ -165,6 +167,7 @@ class Driver {
                          journal_.get(), *executor, shared_memory(), [this] { return save_report(); },
                          [this](const Error& error) { console_.complain(error); }});
     const int code = scheduler.run();
+    if (options_.dry_run && code == kExitGood) show_forecast();
     if (journal_) {
       Node tail = Node::map();
       tail.set("type", "left");
@@ -173,6 +176,21 @@ class Driver {
       if (auto kept = journal_->commit(true); !kept && code == kExitGood) return refuse(kept.error(), kExitInternal);
     }
     return code;
+  }
+
+  void show_forecast() {
+    Forecast forecast;
+    forecast.cores = report_.threads;
+    forecast.bytes_per_core_second = speed_of(tree_.journal());
+    for (std::size_t i = 0; i < selection_.scans.size(); ++i) {
+      const ScanEntry& entry = report_.scans[i];
+      const std::uint64_t bytes = work_.look_at(selection_.scans[i].number).bytes;
+      const char* verb = entry.fate == ScanFate::Pending ? "run" : name_of(entry.fate);
+      forecast.tasks.push_back({entry.name, verb, entry.why, bytes, memory_guess(bytes)});
+    }
+    if (options_.dag == "dot") return console_.print(to_dot(forecast));
+    if (options_.dag == "json") return console_.print(document::to_json(to_document(forecast), 1) + "\n");
+    console_.result(line_of(forecast), to_document(forecast));
   }
 
   bool in_this_process() const {
@@ -234,7 +252,7 @@ class Driver {
         if (code < 128) report_.exit_code = code = kExitInternal;
       }
     }
-    console_.last(last_line(report_), last_event(report_));
+    if (options_.dag.empty()) console_.last(last_line(report_), last_event(report_));
     return code;
   }
 

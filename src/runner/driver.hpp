@@ -46,6 +46,7 @@ struct RunOptions {
   std::vector<std::string> sets;
   bool dry_run = false;  // writes nothing
   bool explain = false;
+  std::string dag;           // dot or json: print what a dry run finds as a graph, and nothing else
   std::string executor;      // inline or local; empty: the job's
   std::int64_t threads = 0;  // 0: the job's
   std::uint64_t memory = 0;  // 0: the job's

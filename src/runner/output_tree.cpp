@@ -16,7 +16,7 @@ Result<void> OutputTree::prepare() const {
   return {};
 }
 
-Result<void> OutputTree::remove_leftovers() const {
+std::vector<std::string> OutputTree::leftovers() const {
   std::vector<std::string> found;
   std::error_code error;
   for (fs::recursive_directory_iterator it(root_ + "/scans", error), end; !error && it != end; it.increment(error)) {
@@ -28,7 +28,11 @@ Result<void> OutputTree::remove_leftovers() const {
   for (const char* part : {"", "/journal", "/logs"})
     for (fs::directory_iterator it(root_ + part, error), end; !error && it != end; it.increment(error))
       if (it->path().filename().string().find(".tmp-") != std::string::npos) found.push_back(it->path().string());
-  for (const std::string& path : found) TRY(store::remove_tree(path));
+  return found;
+}
+
+Result<void> OutputTree::remove_leftovers() const {
+  for (const std::string& path : leftovers()) TRY(store::remove_tree(path));
   return {};
 }
 

@@ -26,7 +26,9 @@ class OutputTree {
   /// Makes the folders scans, logs and journal.
   /// errors  IoFailed, NoSpace naming the folder
   Result<void> prepare() const;
-  /// Removes attempts that dead runs left behind; only the holder of the lock may call this.
+  /// Attempts and temporary files that dead runs left behind.
+  std::vector<std::string> leftovers() const;
+  /// Removes them; only the holder of the lock may call this.
   Result<void> remove_leftovers() const;
   /// An empty folder ".<last part of the name>.<attempt>" beside the scan's folder.
   Result<std::string> begin_attempt(const std::string& name) const;

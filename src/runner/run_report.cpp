@@ -175,6 +175,7 @@ Node to_document(const RunReport& report) {
   node.set("memory_cap_bytes", report.memory_cap);
   Node job = Node::map();
   job.set("path", report.job_path);
+  job.set("absolute", report.job_absolute);
   job.set("archive", report.archive);
   job.set("set", texts(report.sets));
   job.set("only", texts(report.only));

@@ -328,8 +328,7 @@ bool Scheduler::goes_again(WorkItem item, const Ended& ended, const ScanEntry& e
     item.not_before = Clock::now() + std::chrono::milliseconds(static_cast<std::int64_t>(1000 * passed));
     ++item.transient;
     why = "in " + number_text(passed) + " s";
-  } else if (entry.failure == FailureClass::Internal && !ended.attempt && !ended.over_time &&
-             item.internal < p_.how.retry_internal) {
+  } else if (!ended.attempt && !ended.over_time && item.internal < p_.how.retry_internal) {
     ++item.internal;
     why = "once more";
   } else {
@@ -353,6 +352,8 @@ void Scheduler::note_end(const WorkItem& item, const Ended& ended, bool again) {
     event.set("text", entry.error.text());
   }
   event.set("seconds", ended.seconds);
+  event.set("core_seconds", ended.seconds * ended.order.threads);
+  event.set("bytes", item.bytes);
   if (entry.fate == ScanFate::Done && item.memory > 0) event.set("needs_memory", item.memory);
   if (!entry.record_identity.empty()) event.set("record", entry.record_identity);
   p_.journal->add(std::move(event));

@@ -67,6 +67,13 @@ TEST(JobSchema, ValidExamplePassesBothCheckers) {
   }
 }
 
+TEST(RunnerSchemas, AgreeWithTheirExamples) {
+  for (const std::string name : {"journal", "worklist", "quarantine"}) {
+    EXPECT_EQ(judge(name + ".schema.json", example(name + ".valid.json")), 0) << name;
+    EXPECT_EQ(judge(name + ".schema.json", example(name + ".invalid.json")), 1) << name;
+  }
+}
+
 TEST(JobSchema, InvalidExampleFailsInBothWithEveryMistake) {
   EXPECT_EQ(judge("job.schema.json", example("job.invalid.yaml")), 1);
   const auto job = checked("job.invalid.yaml");

@@ -1,0 +1,248 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "runner/operate.hpp"
+
+#include <signal.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <filesystem>
+#include <set>
+
+#include "base/text.hpp"
+#include "runner/glob.hpp"
+#include "runner/journal.hpp"
+#include "runner/machine.hpp"
+#include "runner/output_lock.hpp"
+#include "runner/output_tree.hpp"
+#include "runner/quarantine.hpp"
+#include "runner/run_report.hpp"
+#include "store/files.hpp"
+
+namespace scanmill::runner {
+namespace {
+
+using document::Node;
+
+constexpr std::size_t kKeptJournals = 10;
+
+std::optional<Node> read_tree(const std::string& path) {
+  const auto source = store::open_file(path, path);
+  if (!source) return std::nullopt;
+  const auto text = read_all(**source, 1ull << 30);
+  if (!text) return std::nullopt;
+  auto tree = document::parse_json(*text, path);
+  if (!tree || !tree->is_map()) return std::nullopt;
+  return *std::move(tree);
+}
+
+std::string text_in(const Node& tree, const char* key) {
+  const Node* value = tree.find(key);
+  return value && value->is_string() ? value->as_string() : "";
+}
+double number_in(const Node& tree, const char* key) {
+  const Node* value = tree.find(key);
+  return value && value->is_number() ? value->as_number() : 0;
+}
+
+/// What a run writes about itself while it goes on, and whether its process is there.
+struct Live {
+  std::optional<Node> tree;
+  bool is_here = false;  // this host can tell
+  bool is_alive = false;
+};
+
+Live look_at_run(const OutputTree& tree) {
+  Live live{read_tree(tree.live_file()), false, false};
+  if (!live.tree) return live;
+  live.is_here = text_in(*live.tree, "host") == host_name();
+  const auto pid = static_cast<pid_t>(number_in(*live.tree, "pid"));
+  live.is_alive = live.is_here && pid > 0 && (kill(pid, 0) == 0 || errno == EPERM);
+  return live;
+}
+
+std::string count_line(const Node& counts) {
+  std::string line;
+  for (const Node::Entry& entry : counts.entries())
+    if (entry.value.as_integer() > 0 || entry.key == "done")
+      line += (line.empty() ? "" : ", ") + std::to_string(entry.value.as_integer()) + " " + entry.key;
+  return line;
+}
+
+std::string running_line(const Node& row) {
+  std::string line = "  " + text_in(row, "scan") + "  " + text_in(row, "stage");
+  if (const double total = number_in(row, "total"); total > 0)
+    line += "  " + std::to_string(static_cast<int>(100 * number_in(row, "done") / total)) + " %";
+  return line + "  for " + clock_text(number_in(row, "seconds")) + " h, pid " +
+         std::to_string(static_cast<long>(number_in(row, "pid"))) + ", " +
+         counted(static_cast<std::uint64_t>(number_in(row, "threads")), "thread");
+}
+
+int no_output(const std::string& out, Console& console) {
+  console.complain(fail(Code::BadUsage, "found no run here; name the output folder of a run", out));
+  return kExitUsage;
+}
+
+bool is_output(const OutputTree& tree) { return store::is_folder(tree.journal()); }
+
+/// Everything gc may take, with the reason.
+std::vector<std::pair<std::string, std::string>> garbage_of(const OutputTree& tree) {
+  std::vector<std::pair<std::string, std::string>> found;
+  for (const std::string& path : tree.leftovers()) found.emplace_back(path, "left by a run that was killed");
+  const auto epochs = epochs_in(tree.journal());
+  for (std::size_t i = 0; i + kKeptJournals < epochs.size(); ++i)
+    found.emplace_back(journal_file(tree.journal(), epochs[i]), "an old journal");
+  std::set<std::string> known;
+  for (const std::string& name : tree.finished()) known.insert(tree.log(name));
+  if (const auto run = read_tree(tree.run_file()))
+    if (const Node* scans = run->find("scans"); scans && scans->is_sequence())
+      for (const Node& scan : scans->items()) known.insert(tree.log(text_in(scan, "name")));
+  if (const auto logs = store::list_files(tree.root() + "/logs"))
+    for (const std::string& log : *logs)
+      if (const std::string path = tree.root() + "/logs/" + log; log.ends_with(".log") && !known.contains(path))
+        found.emplace_back(path, "the log of a scan that is gone");
+  return found;
+}
+
+}  // namespace
+
+int show_status(const std::string& out, Console& console) {
+  const OutputTree tree(out);
+  if (!is_output(tree)) return no_output(out, console);
+  const Live live = look_at_run(tree);
+  const auto run = read_tree(tree.run_file());
+  Node event = Console::event("status");
+  event.set("out", out);
+  std::string text;
+  if (live.tree) {
+    const char* state = live.is_alive ? "running" : live.is_here ? "killed" : "elsewhere";
+    event.set("state", state);
+    event.set("live", *live.tree);
+    const std::string who = "pid " + std::to_string(static_cast<long>(number_in(*live.tree, "pid"))) + " on " +
+                            text_in(*live.tree, "host") + ", job " + text_in(*live.tree, "job");
+    text = live.is_alive  ? "running for " + clock_text(number_in(*live.tree, "seconds")) + " h: " + who
+           : live.is_here ? "the run was killed, last sign " + text_in(*live.tree, "heartbeat") + ": " + who +
+                                "\nrun the job again: it goes on where this one was"
+                          : "running on another machine, last sign " + text_in(*live.tree, "heartbeat") + ": " + who;
+    if (const Node* counts = live.tree->find("counts"); counts && counts->is_map()) text += "\n" + count_line(*counts);
+    if (const Node* running = live.tree->find("running"); running && running->is_sequence() && live.is_alive)
+      for (const Node& row : running->items()) text += "\n" + running_line(row);
+    if (const double left = number_in(*live.tree, "seconds_left"); left > 0 && live.is_alive)
+      text += "\nabout " + clock_text(left) + " h left";
+    if (const std::string remark = text_in(*live.tree, "remark"); !remark.empty()) text += "\n" + remark;
+  } else if (run) {
+    const Node* exit = run->find("exit");
+    const bool ended = exit && exit->is_integer();
+    event.set("state", ended ? "ended" : "killed");
+    Node counts = Node::map();
+    if (const Node* scans = run->find("scans"); scans && scans->is_sequence())
+      for (const Node& scan : scans->items()) {
+        const std::string state = text_in(scan, "state");
+        const Node* count = counts.find(state);
+        counts.set(state, (count ? count->as_integer() : 0) + 1);
+      }
+    text =
+        (ended ? "no run; the last ended " + text_in(*run, "ended") + " with exit " + std::to_string(exit->as_integer())
+               : std::string("no run; the last was killed: run the job again, it goes on there")) +
+        "\n" + count_line(counts);
+    event.set("counts", std::move(counts));
+  } else {
+    event.set("state", "empty");
+    text = "no run yet";
+  }
+  const auto quarantined = Quarantine::load(tree.quarantine_file()).names();
+  event.set("quarantined", static_cast<std::uint64_t>(quarantined.size()));
+  if (!quarantined.empty())
+    text += "\n" + counted(quarantined.size(), "scan") + " in quarantine, the first is " + quarantined.front() +
+            "; scanmill retry " + out + " tries again";
+  console.result(text, event);
+  return kExitGood;
+}
+
+int cancel_run(const std::string& out, Console& console) {
+  const OutputTree tree(out);
+  if (!is_output(tree)) return no_output(out, console);
+  const Live live = look_at_run(tree);
+  Node event = Console::event("cancel");
+  event.set("out", out);
+  if (!live.tree || (live.is_here && !live.is_alive)) {
+    event.set("asked", false);
+    console.result(out + ": no run to stop", event);
+    return kExitGood;
+  }
+  if (auto written = store::write_text(tree.cancel_file(), utc_now() + "\n"); !written) {
+    console.complain(written.error());
+    return kExitInternal;
+  }
+  event.set("asked", true);
+  console.result(out + ": asked pid " + std::to_string(static_cast<long>(number_in(*live.tree, "pid"))) + " on " +
+                     text_in(*live.tree, "host") +
+                     " to bring its scans to the end and stop; ask once more to stop at once",
+                 event);
+  return kExitGood;
+}
+
+int collect_garbage(const std::string& out, bool dry_run, Console& console) {
+  const OutputTree tree(out);
+  if (!is_output(tree)) return no_output(out, console);
+  std::string held_by;
+  const auto lock = OutputLock::take(tree.lock_file(), held_by);
+  if (!lock) {
+    console.complain(lock.error());
+    return held_by.empty() ? kExitInternal : kExitBusy;
+  }
+  const auto garbage = garbage_of(tree);
+  for (const auto& [path, reason] : garbage) {
+    Node event = Console::event("gc");
+    event.set("path", path);
+    event.set("reason", reason);
+    event.set("removed", !dry_run);
+    console.result((dry_run ? "would remove " : "removed ") + path + ": " + reason, event);
+    if (dry_run) continue;
+    if (auto removed = store::remove_tree(path); !removed) {
+      console.complain(removed.error());
+      return kExitInternal;
+    }
+  }
+  if (garbage.empty()) {
+    Node event = Console::event("note");
+    event.set("text", "nothing to remove");
+    console.result(out + ": nothing to remove", event);
+  }
+  return kExitGood;
+}
+
+Result<RunOptions> release_scans(const std::string& out, const std::vector<std::string>& patterns, Console& console) {
+  const OutputTree tree(out);
+  const auto run = read_tree(tree.run_file());
+  const Node* job = run ? run->find("job") : nullptr;
+  if (!job || text_in(*job, "absolute").empty())
+    return fail(Code::BadUsage, "found no run.json of a run; name the output folder of a run", out);
+  RunOptions options;
+  options.out = out;
+  options.job = text_in(*job, "absolute");
+  if (const Node* sets = job->find("set"); sets && sets->is_sequence())
+    for (const Node& set : sets->items())
+      if (set.is_string()) options.sets.push_back(set.as_string());
+  std::set<std::string> bad;
+  Quarantine quarantine = Quarantine::load(tree.quarantine_file());
+  for (const std::string& name : quarantine.names()) bad.insert(name);
+  if (const Node* scans = run->find("scans"); scans && scans->is_sequence())
+    for (const Node& scan : scans->items())
+      if (const std::string state = text_in(scan, "state"); state == "failed" || state == "stale")
+        bad.insert(text_in(scan, "name"));
+  for (const std::string& pattern : patterns)
+    if (std::none_of(bad.begin(), bad.end(), [&](const std::string& name) { return matches(pattern, name); }))
+      return fail(Code::BadUsage,
+                  "found no failed or quarantined scan that matches '" + pattern + "'" +
+                      (bad.empty() ? std::string("; there is none at all") : "; the first is " + *bad.begin()),
+                  out);
+  for (const std::string& name : bad)
+    if (matches_any(patterns, name)) options.only.push_back(name);
+  // --only tries them whatever the quarantine says; what succeeds leaves it, what fails again stays.
+  Node event = Console::event("note");
+  event.set("text", counted(options.only.size(), "scan") + " to try again");
+  console.result(out + ": " + counted(options.only.size(), "scan") + " to try again", event);
+  return options;
+}
+
+}  // namespace scanmill::runner
