@@ -85,10 +85,23 @@ Error Problems::error() const {
   return fail(Code::BadParameter, all);
 }
 
+namespace {
+
+/// What fits into a line of a message; a whole file may have been taken for a scalar.
+std::string first_words(std::string text) {
+  constexpr std::size_t kMost = 60;
+  std::size_t end = std::min(text.find('\n'), kMost);
+  if (end >= text.size()) return text;
+  while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xc0) == 0x80) --end;  // no half a letter
+  return text.substr(0, end) + "...";
+}
+
+}  // namespace
+
 std::string shown(const Node& node) {
-  if (!node.text.empty() && !node.is_map() && !node.is_sequence()) return node.text;
+  if (!node.text.empty() && !node.is_map() && !node.is_sequence()) return first_words(node.text);
   if (node.is_map() || node.is_sequence() || node.is_null()) return node.kind();
-  return node.is_string() ? std::string("'").append(node.as_string()).append("'") : to_json(node);
+  return node.is_string() ? std::string("'").append(first_words(node.as_string())).append("'") : to_json(node);
 }
 
 std::string joined(std::span<const std::string_view> words) {

@@ -273,12 +273,31 @@ class Finder {
   Discovery found_;
 };
 
+/// Folders that a run wrote into the archive; their files leave the list, or each night would mesh the last one's
+/// meshes.
+std::vector<std::string> leave_out_own_output(std::vector<std::string>& files) {
+  const std::set<std::string> present(files.begin(), files.end());
+  std::vector<std::string> own;
+  for (const std::string& file : files)
+    if (const std::string folder = folder_of(file);
+        file == folder + "run.json" && present.contains(folder + "journal/1.jsonl"))
+      own.push_back(folder);
+  std::erase_if(files, [&](const std::string& file) {
+    return std::any_of(own.begin(), own.end(), [&](const std::string& folder) { return file.starts_with(folder); });
+  });
+  return own;
+}
+
 }  // namespace
 
 Result<Discovery> discover(const std::string& archive, const DiscoveryKeys& keys) {
   std::vector<std::string> links;
-  TRY_ASSIGN(const std::vector<std::string> files, store::list_files(archive, &links));
+  TRY_ASSIGN(std::vector<std::string> files, store::list_files(archive, &links));
+  const std::vector<std::string> own = leave_out_own_output(files);
   TRY_ASSIGN(Discovery found, Finder(archive, keys, files).run());
+  if (!own.empty())
+    found.notes.push_back(counted(own.size(), "output folder") + " of scanmill " + (own.size() == 1 ? "is" : "are") +
+                          " left out, the first is " + own.front());
   if (!links.empty())
     found.notes.push_back(counted(links.size(), "link") + " out of the archive " + (links.size() == 1 ? "is" : "are") +
                           " not followed, the first is " + links.front() +

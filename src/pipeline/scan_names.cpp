@@ -1,11 +1,33 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipeline/scan_names.hpp"
 
+#include <algorithm>
 #include <map>
 #include <set>
 
+#include "base/digest.hpp"
+
 namespace scanmill::pipeline {
 namespace {
+
+/// Folders and logs are named after scans, with a few more bytes, and 255 is what file systems take. Longer parts keep
+/// their beginning and get a digest of the whole in place of the rest.
+std::string shortened(const std::string& encoded_path, const std::string& path) {
+  constexpr std::size_t kLongest = 200, kKept = 150;
+  std::string out;
+  for (std::size_t begin = 0; begin <= encoded_path.size();) {
+    const std::size_t end = std::min(encoded_path.find('/', begin), encoded_path.size());
+    std::string part = encoded_path.substr(begin, end - begin);
+    if (part.size() > kLongest) {
+      std::size_t cut = kKept;
+      while (part[cut - 1] == '%' || part[cut - 2] == '%') --cut;
+      part = part.substr(0, cut) + "-" + sha256_hex(path).substr(0, 16);
+    }
+    out += (begin > 0 ? "/" : "") + part;
+    begin = end + 1;
+  }
+  return out;
+}
 
 std::string encoded(const std::string& path) {
   static constexpr char kHex[] = "0123456789ABCDEF";
@@ -22,7 +44,7 @@ std::string encoded(const std::string& path) {
       out += kHex[byte & 15];
     }
   }
-  return out;
+  return shortened(out, path);
 }
 
 std::string lower(std::string text) {

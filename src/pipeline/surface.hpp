@@ -29,7 +29,7 @@ struct MeshedSurface {
   RefusalCounts refused;
   std::uint64_t refused_overlap = 0;  // engine front only
   std::uint64_t components = 0;
-  std::uint64_t sides_by_volume = 0;  // of these: no view told which side is outside
+  std::uint64_t sides_by_volume = 0;                // of these: no view told which side is outside
   std::uint64_t kept_used = 0, kept_in_strays = 0;  // of the kept points: vertices of the mesh, vertices of strays
 };
 

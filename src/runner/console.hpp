@@ -39,6 +39,8 @@ class Console final : public Progress {
 
   /// A result: `line` on stdout, or the event under --json; hidden by --quiet.
   void result(const std::string& line, const document::Node& event) { put(out_, line, event, options_.quiet); }
+  /// The event under --json, and nothing otherwise.
+  void event_only(const document::Node& event) { put(out_, "", event, true); }
   /// The last line: always shown.
   void last(const std::string& line, const document::Node& event) { put(out_, line, event, false); }
   /// Something worth knowing that is no problem: on stderr, hidden by --quiet.

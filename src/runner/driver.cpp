@@ -104,6 +104,7 @@ class Driver {
         source)
       if (const auto text = read_all(**source, 1ull << 30)) work_.load_hashes(*text);
     quarantine_ = Quarantine::load(tree_.quarantine_file());
+    if (!options_.dry_run) show_beginning();
     if (options_.only.empty()) list_vanished();
     return kExitGood;
   }
@@ -135,6 +136,16 @@ class Driver {
     return refuse(error, kExitInternal);
   }
 
+  /// What a log of many nights needs to be read.
+  void show_beginning() {
+    const std::string line = report_.started + "  scanmill " + report_.version + ", job " + report_.job_path + " -> " +
+                             tree_.root() + ", " + std::to_string(selection_.scans.size()) + " of " +
+                             counted(selection_.all_names.size(), "scan") + ", " +
+                             counted(static_cast<std::uint64_t>(report_.threads), "thread") +
+                             (report_.memory_cap ? ", " + bytes_text(report_.memory_cap) + " of memory" : "");
+    if (console_.style() == ProgressStyle::Plain) console_.remark(line);
+  }
+
   void list_vanished() {
     for (const std::string& name : tree_.finished()) {
       if (std::find(selection_.all_names.begin(), selection_.all_names.end(), name) != selection_.all_names.end())
@@ -146,6 +157,9 @@ class Driver {
       entry.files = result_files(tree_, name);
       report_.scans.push_back(std::move(entry));
     }
+    if (const auto gone = report_.count(ScanFate::Vanished); gone > 0)
+      console_.note("", counted(gone, "scan") + (gone == 1 ? " is" : " are") + " no longer in the archive, such as " +
+                            report_.scans.back().name + "; the results are kept");
   }
 
   int run_scans() {

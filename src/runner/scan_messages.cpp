@@ -57,7 +57,8 @@ void explain_scan(const ScanEntry& entry, bool dry_run, Console& console) {
 }
 
 std::string good_line(const ScanEntry& entry, const std::string& out) {
-  std::string line = entry.name + ": " + name_of(entry.fate);
+  std::string line =
+      entry.name + ": " + name_of(entry.fate) + (entry.failed_gates.empty() ? "" : ", but rejected by a gate");
   for (const std::string& file : entry.files)
     if (!file.ends_with(".png")) line += " | " + out + "/" + file;  // pictures are in the report as well
   for (const auto& [key, thing] : {std::pair("triangles", "triangle"), std::pair("boundary_loops", "open loop")})
@@ -87,12 +88,15 @@ std::string repeat_command(const RunOptions& options, const std::string& scan) {
   return text + " --only " + quoted(scan);
 }
 
-void show_scan(const ScanEntry& entry, const std::string& out, bool explain, bool dry_run, Console& console) {
+void show_scan(const ScanEntry& entry, const std::string& out, bool explain, bool dry_run, bool quiet_unchanged,
+               Console& console) {
   Node event = event_of(entry, out);
   if (explain || dry_run) explain_scan(entry, dry_run, console);
   if (entry.fate != ScanFate::Unchanged)
     for (const std::string& note : entry.notes) console.note(entry.name, note);
-  if (entry.fate == ScanFate::Done || entry.fate == ScanFate::Unchanged) {
+  if (entry.fate == ScanFate::Unchanged && quiet_unchanged) {
+    console.event_only(event);
+  } else if (entry.fate == ScanFate::Done || entry.fate == ScanFate::Unchanged) {
     console.result(good_line(entry, out), event);
   } else if (!entry.error.message.empty()) {
     Node error = Node::map();

@@ -15,7 +15,9 @@ std::string joined_lines(const std::vector<std::string>& lines, const char* betw
 std::string seconds_text(double seconds);
 /// The command that repeats one scan of a run, for a shell.
 std::string repeat_command(const RunOptions& options, const std::string& scan);
-/// One line or event for a scan that was reached. `out` is the output tree.
-void show_scan(const ScanEntry& entry, const std::string& out, bool explain, bool dry_run, Console& console);
+/// One line or event for a scan that was reached. `out` is the output tree; `quiet_unchanged`: an unchanged scan gets
+/// no line, only the event.
+void show_scan(const ScanEntry& entry, const std::string& out, bool explain, bool dry_run, bool quiet_unchanged,
+               Console& console);
 
 }  // namespace scanmill::runner

@@ -24,6 +24,7 @@ constexpr auto kStopPatience = std::chrono::seconds(10);
 constexpr double kSaveShare = 0.05;  // of the time may go into run.json
 constexpr int kMostWaits = 10;       // times settle_s for a file that keeps changing
 constexpr std::size_t kRememberedEpochs = 3;
+constexpr std::size_t kManyScans = 20;          // with more than these, what is unchanged is only counted
 constexpr std::uint64_t kLeastSpace = 1 << 20;  // of a result
 
 double seconds_since(std::chrono::steady_clock::time_point begin) {
@@ -100,7 +101,7 @@ void Scheduler::sort_out() {
       continue;
     }
     entry = std::move(judgement.entry);
-    show_scan(entry, p_.tree.root(), p_.options.explain, p_.options.dry_run, p_.console);
+    show_scan(entry, p_.tree.root(), p_.options.explain, p_.options.dry_run, names_.size() > kManyScans, p_.console);
   }
 }
 
@@ -376,7 +377,7 @@ void Scheduler::finish_scan(const WorkItem& item, const Ended& ended, const std:
       p_.quarantine.add(entry.name, {known, entry.error.text(), entry.failure, utc_now(), entry.attempts,
                                      entry.failure == FailureClass::Resource ? p_.memory : 0});
   }
-  show_scan(entry, p_.tree.root(), p_.options.explain, p_.options.dry_run, p_.console);
+  show_scan(entry, p_.tree.root(), p_.options.explain, p_.options.dry_run, names_.size() > kManyScans, p_.console);
 }
 
 /// The journal, run.json and what the operator sees.

@@ -78,6 +78,25 @@ TEST(Discover, TakesPointFilesAndNothingElse) {
             (Names{"a", "b/part", "capture", "cut", "empty", "mesh", "scanner", "table"}));
 }
 
+TEST(Discover, LeavesOutWhatARunWroteIntoTheArchive) {
+  const TempFolder folder;
+  folder.write("part.xyz", "0 0 0\n1 0 0\n");
+  folder.write("night/run.json", "{}");
+  folder.write("night/journal/1.jsonl", "");
+  folder.write("night/scans/part/mesh.ply",
+               "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n"
+               "property float z\nend_header\n1 2 3\n");
+  folder.write("other/run.json", "{}");
+  folder.write("other/more.xyz", "0 0 0\n1 0 0\n");
+  const auto found = discover(folder.path(), true);
+  ASSERT_TRUE(found.ok());
+  ASSERT_EQ(found->scans.size(), 2u);
+  EXPECT_EQ(found->scans[0].name, "other/more");
+  EXPECT_EQ(found->scans[1].name, "part");
+  ASSERT_FALSE(found->notes.empty());
+  EXPECT_EQ(found->notes.back(), "1 output folder of scanmill is left out, the first is night/");
+}
+
 TEST(Discover, SaysWhenTheArchiveIsNotThere) {
   const auto found = discover("/no/such/archive", false);
   ASSERT_FALSE(found.ok());
@@ -168,6 +187,23 @@ TEST(ScanNames, KeepSuffixesWhereTheRestIsNotEnough) {
   EXPECT_EQ(*scan_names({"a.ply", "a.xyz", "a.ply.xyz"}), (Names{"a.ply", "a.xyz", "a.ply.xyz"}));
   EXPECT_EQ(*scan_names({"a.ply", "a/b.ply"}), (Names{"a.ply", "a/b"}));
   EXPECT_EQ(*scan_names({"\xc3\xa4%.ply"}), (Names{"%C3%A4%25"}));
+}
+
+TEST(ScanNames, StayShortEnoughForFoldersAndLogs) {
+  std::string part;
+  for (int i = 0; i < 20; ++i) part += "Деталь ";  // 240 bytes, 720 when they are all encoded
+  const auto names = scan_names({part + "1.xyz", part + "2.xyz", "deep/" + part + "/" + part + ".ply", "plain.xyz"});
+  ASSERT_TRUE(names.ok());
+  for (const std::string& name : *names)
+    for (std::size_t begin = 0; begin <= name.size();) {
+      const std::size_t end = std::min(name.find('/', begin), name.size());
+      EXPECT_LE(end - begin, 200u) << name;
+      begin = end + 1;
+    }
+  EXPECT_EQ((*names)[0].substr(0, 6), "%D0%94");
+  EXPECT_NE((*names)[0], (*names)[1]);
+  EXPECT_EQ((*names)[2].substr(0, 5), "deep/");
+  EXPECT_EQ((*names)[3], "plain");
 }
 
 TEST(ScanNames, RefuseNamesThatDifferByLetterCaseOnly) {

@@ -58,14 +58,13 @@ class Workers : public RunnerTest {
   void count_try(const std::string& scan) const { std::ofstream(root + "/tries-" + scan, std::ios::app) << "."; }
 
   FakeWork work;
-  std::string job_text =
-      "scanmill: 1\narchive: archive\nsettle_s: 0\nlattice: {bin_mm: 1}\nretry: {wait_s: 0.05}\n"
-      "resources: {scan_time_limit: 1}\n";
+  std::string job_text = "scanmill: 1\narchive: archive\nsettle_s: 0\nlattice: {bin_mm: 1}\nretry: {wait_s: 0.05}\n";
   std::string text;
   document::Node report;
 };
 
 TEST_F(Workers, WhatDiesHangsOrIsBadCostsThatScanAlone) {
+  job_text += "resources: {scan_time_limit: 3}\n";
   for (const char* name : {"bad", "crash", "fine", "good", "hang", "throws"}) scan(name, name);
   work.before_end = [&](const std::string& name) {
     count_try(name);
