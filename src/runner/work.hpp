@@ -68,6 +68,8 @@ class Work {
   /// Known content hashes, kept between runs.
   virtual void load_hashes(std::string_view text) = 0;
   virtual std::string save_hashes() const = 0;
+  /// The page of a whole run; `night` is what night_document() made (runner/night.hpp). Empty: this work has none.
+  virtual std::string night_page(const document::Node& /*night*/) const { return {}; }
 };
 
 }  // namespace scanmill::runner
