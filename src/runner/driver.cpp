@@ -334,6 +334,8 @@ class Driver {
         if (code < 128) report_.exit_code = code = kExitInternal;
       }
     }
+    if (!options_.dry_run && code != kExitBusy)
+      for (const std::string& note : notify(job_.how.notify, report_, tree_)) console_.note("", note);
     console_.last(last_line(report_), last_event(report_));
     return code;
   }

@@ -14,11 +14,11 @@ using document::Node;
 using document::Problems;
 using document::shown;
 
-constexpr std::string_view kOwnKeys[] = {"scanmill",  "archive",  "scans", "overrides",
-                                         "resources", "executor", "strict"};
+constexpr std::string_view kOwnKeys[] = {"scanmill",  "archive",  "scans",  "overrides",
+                                         "resources", "executor", "strict", "notify"};
 // Keys of the contract that this version would ignore are refused by name, so that no job silently does less than it
 // says.
-constexpr std::string_view kLaterKeys[] = {"settle_s", "brick", "retry", "notify", "cluster"};
+constexpr std::string_view kLaterKeys[] = {"settle_s", "brick", "retry", "cluster"};
 constexpr std::string_view kLaterResources[] = {"disk", "scan_time_limit", "until"};
 constexpr std::string_view kMemoryKey[] = {"memory"};
 constexpr std::string_view kExecutors[] = {"inline", "local"};
@@ -170,6 +170,8 @@ void read_top(const Node& root, Job& job, const Work& work, Problems& problems) 
       read_resources(value, job.how, problems);
     else if (entry.key == "executor")
       read_executor(value, problems);
+    else if (entry.key == "notify")
+      read_notify(value, job.how.notify, problems);
     else if (entry.key == "strict") {
       if (value.is_bool())
         job.how.strict = value.as_bool();

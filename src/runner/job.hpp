@@ -8,6 +8,7 @@
 
 #include "base/result.hpp"
 #include "document/document.hpp"
+#include "runner/notify.hpp"
 #include "runner/work.hpp"
 
 namespace scanmill::runner {
@@ -17,6 +18,7 @@ struct How {
   std::int64_t threads = 0;  // 0: all the process may use
   std::uint64_t memory = 0;  // cap in bytes; 0: 80 % of the machine's
   bool strict = false;       // scans that were quarantined by an earlier run make this one fail too
+  std::vector<NotifyRule> notify;
 };
 
 struct Override {

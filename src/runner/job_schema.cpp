@@ -34,7 +34,7 @@ Node scans_schema() {
 }
 
 Node resources_schema() {
-  const How defaults{1, 0, false};
+  const How defaults{1, 0, false, {}};
   Node resources =
       document::fields_schema(resource_fields(), &defaults, "What a run may use; changes no byte of the result.");
   std::erase_if(resources.find("properties")->find("threads")->entries(),
@@ -89,6 +89,7 @@ Node job_schema(const Node& what_properties) {
   Node strict = described("boolean", "Scans that an earlier run quarantined make this run fail too.");
   strict.set("default", false);
   properties.set("strict", std::move(strict));
+  properties.set("notify", notify_schema());
 
   Node schema = Node::map();
   schema.set("$schema", "http://json-schema.org/draft-07/schema#");

@@ -44,7 +44,7 @@ TEST(JobFrom, ReportsAllProblemsAtOnceWithPlaceAndNearest) {
 }
 
 TEST(JobFrom, RefusesKeysThatThisVersionWouldIgnore) {
-  for (const std::string line : {"settle_s: 3", "notify: x", "resources: {until: '05:30'}",
+  for (const std::string line : {"settle_s: 3", "cluster: x", "resources: {until: '05:30'}",
                                  "executor: slurm", "brick: {}"}) {
     const auto refused = job("scanmill: 1\n" + line + "\n");
     ASSERT_FALSE(refused.ok()) << line;
