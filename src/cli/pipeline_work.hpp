@@ -7,6 +7,7 @@
 
 #include "pipeline/discovery.hpp"
 #include "pipeline/hash_cache.hpp"
+#include "pipeline/night_page.hpp"
 #include "pipeline/run_scan.hpp"
 #include "runner/work.hpp"
 
@@ -30,6 +31,7 @@ class PipelineWork final : public runner::Work {
   void load_hashes(std::string_view text) override { hashes_.load(text); }
   std::string save_hashes() const override { return hashes_.save(); }
   std::string save_hashes_of(std::size_t scan) const override { return hashes_.save(paths_of(scan)); }
+  std::string night_page(const document::Node& night) const override { return pipeline::night_page(night); }
 
  private:
   /// Description and views that are there.

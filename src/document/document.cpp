@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "base/text.hpp"
+#include "base/utf8.hpp"
 
 namespace scanmill::document {
 
@@ -38,8 +39,20 @@ namespace {
 void append_string(std::string& out, const std::string& text) {
   static constexpr char kHex[] = "0123456789abcdef";
   out += '"';
-  for (const char c : text) {
+  std::size_t sound = 0;  // bytes before this one are UTF-8
+  for (std::size_t at = 0; at < text.size(); ++at) {
+    const char c = text[at];
     const auto byte = static_cast<unsigned char>(c);
+    if (byte >= 0x80 && at >= sound) {
+      // Names of files may be any bytes, JSON may not: no reader would take the document.
+      std::uint32_t value = 0;
+      const std::size_t size = utf8_sequence(text, at, value);
+      sound = at + size;
+      if (size == 0) {
+        out += {'\\', '\\', 'x', kHex[byte >> 4], kHex[byte & 15]};
+        continue;
+      }
+    }
     switch (c) {
       case '"':
         out += "\\\"";

@@ -95,7 +95,8 @@ Result<Node> parse_yaml(std::string_view text, const std::string& name);
 /// Strict JSON; the same limits, no marks (and `name` alone as place).
 Result<Node> parse_json(std::string_view text, const std::string& name);
 
-/// JSON text; `indent` < 0 gives one line. Numbers in their shortest round-trip form; maps in their own order.
+/// JSON text; bytes that are no UTF-8 become \xNN (as text). `indent` < 0 gives one line. Numbers in their shortest
+/// round-trip form; maps in their own order.
 std::string to_json(const Node& node, int indent = -1);
 /// JSON with keys in byte order, no spaces: the same value gives the same bytes. 1.0 and 1 both print as 1.
 std::string to_canonical_json(const Node& node);

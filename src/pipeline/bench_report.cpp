@@ -2,92 +2,25 @@
 #include "pipeline/bench_report.hpp"
 
 #include <algorithm>
-#include <cmath>
-#include <cstdio>
 
 #include "base/text.hpp"
 
 namespace scanmill::pipeline {
 
 using document::Node;
+using timing::band_text;
+using timing::fixed;
+using timing::Keys;
 
 namespace {
 
 constexpr double kClockStep = 1e-6;  // of getrusage: no stage takes less
-
-std::string fixed(double value, int digits) {
-  char text[64];
-  std::snprintf(text, sizeof text, "%.*f", digits, value);
-  return text;
-}
-
-std::string band_text(const BenchBand& band) {
-  return fixed(band.median, 4) + " [" + fixed(band.least, 4) + ", " + fixed(band.greatest, 4) + "]";
-}
 
 std::string rate_text(double rate) {
   if (rate >= 1e6) return fixed(rate * 1e-6, 2) + " M";
   if (rate >= 1e3) return fixed(rate * 1e-3, 1) + " k";
   return fixed(rate, 1);
 }
-
-Node band_node(const BenchBand& band) {
-  Node node = Node::map();
-  node.set("median", band.median);
-  node.set("least", band.least);
-  node.set("greatest", band.greatest);
-  return node;
-}
-
-/// Reads the keys of one map; remembers the first one that is missing or no value of its kind.
-class Keys {
- public:
-  Keys(const Node* map, std::string place, std::string& problem)
-      : map_(map), place_(std::move(place)), problem_(problem) {
-    if (!map_ || !map_->is_map()) complain("", "a map");
-  }
-  void read(const char* key, std::string& out) const {
-    const Node* node = value(key);
-    if (node && node->is_string())
-      out = node->as_string();
-    else
-      complain(key, "a text");
-  }
-  void read(const char* key, double& out) const {
-    const Node* node = value(key);
-    if (node && node->is_number() && node->as_number() >= 0)
-      out = node->as_number();
-    else
-      complain(key, "a number that is not negative");
-  }
-  template <class Whole>
-  void read_whole(const char* key, Whole& out) const {
-    const Node* node = value(key);
-    if (node && node->is_integer() && node->as_integer() >= 0)
-      out = static_cast<Whole>(node->as_integer());
-    else
-      complain(key, "a whole number that is not negative");
-  }
-  Keys map(const char* key) const { return Keys(value(key), path(key), problem_); }
-  void read(const char* key, BenchBand& out) const {
-    const Keys band = map(key);
-    band.read("median", out.median);
-    band.read("least", out.least);
-    band.read("greatest", out.greatest);
-  }
-
- private:
-  const Node* value(const char* key) const { return map_ ? map_->find(key) : nullptr; }
-  std::string path(const std::string& key) const {
-    return place_.empty() ? key : key.empty() ? place_ : place_ + "." + key;
-  }
-  void complain(const std::string& key, const char* wanted) const {
-    if (problem_.empty()) problem_ = (path(key).empty() ? "the document" : path(key)) + ": wanted " + wanted;
-  }
-  const Node* map_;
-  std::string place_;
-  std::string& problem_;
-};
 
 BenchStage stage_from(const Keys& keys) {
   BenchStage stage;
@@ -101,12 +34,6 @@ BenchStage stage_from(const Keys& keys) {
 }
 
 }  // namespace
-
-BenchBand band_of(std::vector<double> values) {
-  for (double& value : values) value = std::round(value * 1e6) / 1e6;
-  std::sort(values.begin(), values.end());
-  return {values[values.size() / 2], values.front(), values.back()};
-}
 
 double BenchStage::per_cpu_s() const { return static_cast<double>(amount) / std::max(cpu_s.median, kClockStep); }
 
@@ -128,8 +55,8 @@ Node to_document(const BenchReport& report) {
     row.set("name", stage.name);
     row.set("unit", stage.unit);
     row.set("amount", stage.amount);
-    row.set("cpu_s", band_node(stage.cpu_s));
-    row.set("wall_s", band_node(stage.wall_s));
+    row.set("cpu_s", timing::to_document(stage.cpu_s));
+    row.set("wall_s", timing::to_document(stage.wall_s));
     row.set("per_cpu_s", stage.per_cpu_s());
     row.set("peak_bytes", stage.peak_bytes);
     stages.push(std::move(row));
@@ -166,11 +93,8 @@ Result<BenchReport> bench_report_from(const Node& root, const std::string& name)
   input.read_whole("bins", report.input.bins);
   input.read_whole("kept", report.input.kept);
   input.read_whole("triangles", report.input.triangles);
-  const Node* stages = root.find("stages");
-  if (problem.empty() && (!stages || !stages->is_sequence())) problem = "stages: wanted a list";
   if (problem.empty())
-    for (std::size_t k = 0; k < stages->items().size(); ++k)
-      report.stages.push_back(stage_from(Keys(&stages->items()[k], "stages[" + std::to_string(k) + "]", problem)));
+    for (const Keys& stage : keys.list("stages")) report.stages.push_back(stage_from(stage));
   if (!problem.empty()) return fail(Code::BadParameter, problem + "; measure again with `scanmill bench --out`", name);
   return report;
 }
@@ -243,14 +167,7 @@ std::string bench_table(const BenchReport& report, const BenchReport* then) {
     }
     rows.push_back(std::move(row));
   }
-  std::vector<std::size_t> width(rows.front().size(), 0);
-  for (const Row& row : rows)
-    for (std::size_t k = 0; k < row.size(); ++k) width[k] = std::max(width[k], row[k].size());
-  for (std::size_t r = 0; r < rows.size(); ++r) {
-    if (r > 0) text += "\n";
-    for (std::size_t k = 0; k < rows[r].size(); ++k)
-      text += rows[r][k] + (k + 1 < rows[r].size() ? std::string(width[k] - rows[r][k].size() + 2, ' ') : "");
-  }
+  text += timing::aligned(rows);
   return text;
 }
 

@@ -7,16 +7,13 @@
 
 #include "base/result.hpp"
 #include "document/document.hpp"
+#include "timing/band.hpp"
 
 namespace scanmill::pipeline {
 
-/// Median of the repeats with the noise band.
-struct BenchBand {
-  double median = 0, least = 0, greatest = 0;
-};
-/// values  at least one; of an even number the upper of the middle two is the median;
-///         rounded to microseconds, which is what the clock tells
-BenchBand band_of(std::vector<double> values);
+using BenchBand = timing::Band;
+using timing::band_of;
+using timing::kSlower;
 
 struct BenchStage {
   std::string name, unit;    // unit of the amount: "points", "kept points", "edges", "triangles"
@@ -47,8 +44,7 @@ document::Node to_document(const BenchReport& report);
 /// errors  BadParameter naming the key that is missing or wrong
 Result<BenchReport> bench_report_from(const document::Node& root, const std::string& name);
 
-/// Beyond the noise: the least CPU time now is more than this factor times the greatest then.
-inline constexpr double kSlower = 1.1;
+/// Beyond the noise: the least CPU time now is more than kSlower times the greatest then.
 bool is_slower(const BenchStage& now, const BenchStage& then);
 /// Two benches compare only over the same input: points, bin and profile.
 /// errors  BadUsage saying what differs, with `name` as place

@@ -16,6 +16,7 @@
 #include "runner/output_lock.hpp"
 #include "runner/output_tree.hpp"
 #include "runner/quarantine.hpp"
+#include "runner/run_files.hpp"
 #include "runner/run_report.hpp"
 #include "runner/scan_messages.hpp"
 #include "runner/scheduler.hpp"
@@ -261,11 +262,17 @@ class Driver {
       if (kept) kept = store::write_text(tree_.hashes_file(), work_.save_hashes());
       if (kept) kept = store::write_text(tree_.run_file(), document::to_json(to_document(report_), 1) + "\n");
       report_.written = report_.written || kept.ok();
+      std::vector<std::string> notes;
+      if (kept) kept = write_run_files(report_, work_, tree_, notes);
+      report_.has_page = kept.ok() && store::exists(tree_.page_file());
+      for (const std::string& note : notes) console_.note("", note);
       if (!kept) {
         console_.complain(kept.error());
         if (code < 128) report_.exit_code = code = kExitInternal;
       }
     }
+    if (!options_.dry_run && (lock_ || code != kExitBusy))
+      for (const std::string& note : notify(job_.how.notify, report_, tree_)) console_.note("", note);
     if (options_.dag.empty()) console_.last(last_line(report_), last_event(report_));
     return code;
   }

@@ -16,10 +16,10 @@ using document::Problems;
 using document::shown;
 
 constexpr std::string_view kOwnKeys[] = {"scanmill", "archive", "scans",    "overrides", "resources",
-                                         "executor", "strict",  "settle_s", "retry"};
+                                         "executor", "strict",  "settle_s", "retry",     "notify"};
 // Keys of the contract that this version would ignore are refused by name, so that no job silently does less than it
 // says.
-constexpr std::string_view kLaterKeys[] = {"brick", "notify", "cluster"};
+constexpr std::string_view kLaterKeys[] = {"brick", "cluster"};
 constexpr std::string_view kTextResources[] = {"memory", "disk", "scan_time_limit", "until"};
 const Field kSettle =
     field<How, &How::settle_s>("settle_s", "", "Files changed less than this ago are waited for.", {0, 86400});
@@ -191,6 +191,8 @@ void read_top(const Node& root, Job& job, const Work& work, Problems& problems) 
       document::read_field(value, "settle_s", kSettle, &job.how, problems);
     else if (entry.key == "retry")
       document::read_fields(value, "retry", retry_fields(), &job.how, {}, problems);
+    else if (entry.key == "notify")
+      read_notify(value, job.how.notify, problems);
     else if (entry.key == "strict") {
       if (value.is_bool())
         job.how.strict = value.as_bool();

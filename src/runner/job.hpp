@@ -9,6 +9,7 @@
 
 #include "base/result.hpp"
 #include "document/document.hpp"
+#include "runner/notify.hpp"
 #include "runner/work.hpp"
 
 namespace scanmill::runner {
@@ -26,6 +27,7 @@ struct How {
   std::int64_t retry_transient = 2;  // further attempts after a fault that may pass
   std::int64_t retry_internal = 1;   // and after a crash
   double retry_wait_s = 2;           // before the first of them; four times as long before each next
+  std::vector<NotifyRule> notify;
 };
 
 struct Override {

@@ -22,6 +22,11 @@ class OutputTree {
   std::string lock_file() const { return root_ + "/journal/lock"; }
   std::string hashes_file() const { return root_ + "/journal/hashes.json"; }
   std::string quarantine_file() const { return root_ + "/quarantine.json"; }
+  std::string night_file() const { return root_ + "/journal/night.json"; }
+  std::string page_file() const { return root_ + "/report.html"; }
+  std::string junit_file() const { return root_ + "/junit.xml"; }
+  std::string trace_file() const { return root_ + "/trace.tsv"; }
+  std::string metrics_file() const { return root_ + "/scanmill.prom"; }
 
   /// Makes the folders scans, logs and journal.
   /// errors  IoFailed, NoSpace naming the folder

@@ -195,7 +195,10 @@ std::string last_line(const RunReport& report) {
          number(ScanFate::Done) + " done, " +
          std::to_string(report.count(ScanFate::Failed) + report.count(ScanFate::Stale)) + " failed, " +
          number(ScanFate::Quarantined) + " quarantined | gates: " + std::to_string(report.rejected()) + " | " +
-         clock_text(report.seconds) + " h | " + (report.written ? report.out + "/run.json" : "nothing written") +
+         clock_text(report.seconds) + " h | " +
+         (report.has_page  ? report.out + "/report.html"
+          : report.written ? report.out + "/run.json"
+                           : "nothing written") +
          " | exit " + std::to_string(report.exit_code);
 }
 
@@ -211,6 +214,7 @@ Node last_event(const RunReport& report) {
   node.set("gates", report.rejected());
   node.set("seconds", report.seconds);
   if (report.written) node.set("run", report.out + "/run.json");
+  if (report.has_page) node.set("report", report.out + "/report.html");
   node.set("exit", report.exit_code);
   return node;
 }

@@ -68,6 +68,7 @@ struct RunReport {
   double seconds = 0;
   int exit_code = -1;              // -1: still running
   bool written = false;            // run.json is there
+  bool has_page = false;           // report.html is there, of this run
   std::vector<std::string> notes;  // of the archive as a whole
   std::uint64_t put_off = 0;       // scans that were not started because of resources.until
   std::vector<ScanEntry> scans;
@@ -80,7 +81,7 @@ document::Node to_document(const ScanEntry& entry);
 /// errors  Internal when the tree is no scan of a run.json
 Result<ScanEntry> entry_from(const document::Node& tree);
 document::Node to_document(const RunReport& report);
-/// "2 scans: 0 unchanged, 2 done, 0 failed, 0 quarantined | gates: 0 | 00:00:07 h | OUT/run.json | exit 0"
+/// "2 scans: 0 unchanged, 2 done, 0 failed, 0 quarantined | gates: 0 | 00:00:07 h | OUT/report.html | exit 0"
 std::string last_line(const RunReport& report);
 /// The same as an event of type "summary".
 document::Node last_event(const RunReport& report);

@@ -83,6 +83,8 @@ class Work {
   virtual std::string save_hashes() const = 0;
   /// Those of one scan's files, for load_hashes of another process.
   virtual std::string save_hashes_of(std::size_t scan) const = 0;
+  /// The page of a whole run; `night` is what night_document() made (runner/night.hpp). Empty: this work has none.
+  virtual std::string night_page(const document::Node& /*night*/) const { return {}; }
 };
 
 }  // namespace scanmill::runner

@@ -60,6 +60,15 @@ TEST(CanonicalJson, SortsKeysAndKeepsNumbersShort) {
   EXPECT_EQ(document::to_canonical_json(*tree), R"({"a":[0.1,1e+20,true,null],"b":1})");
 }
 
+TEST(ToJson, IsUtf8WhateverATextHolds) {
+  EXPECT_EQ(to_json(Node("\xc3\x9f\xf0\x9f\x94\xa9\x7f")), "\"\xc3\x9f\xf0\x9f\x94\xa9\x7f\"");
+  EXPECT_EQ(to_json(Node("a\xff\xc3\xc3\xa4\xed\xa0\x80")), "\"a\\\\xff\\\\xc3\xc3\xa4\\\\xed\\\\xa0\\\\x80\"");
+  Node map = Node::map();
+  map.set("key \xe4", "value \xe4");
+  EXPECT_TRUE(document::parse_json(to_json(map), "x").ok());
+  EXPECT_EQ(to_canonical_json(map), "{\"key \\\\xe4\":\"value \\\\xe4\"}");
+}
+
 TEST(ParseJson, RefusesWhatYamlRefuses) {
   auto refused = [](const std::string& text, const std::string& words) {
     const auto tree = document::parse_json(text, "x.json");

@@ -79,9 +79,9 @@ TEST(JobSchema, InvalidExampleFailsInBothWithEveryMistake) {
   const auto job = checked("job.invalid.yaml");
   ASSERT_FALSE(job.ok());
   const std::string text = job.error().text();
-  for (const char* key :
-       {":2:11: scanmill:", ":3:10: archive:", ":5:3: lattice.bin_m:", ":7:19: reduce.representative:",
-        ":9:15: grow.range_bins:", ":10:11: outputs:", ":12:5: overrides:", ":14:12: resources.threads:"})
+  for (const char* key : {":2:11: scanmill:", ":3:10: archive:", ":5:3: lattice.bin_m:",
+                          ":7:19: reduce.representative:", ":9:15: grow.range_bins:", ":10:11: outputs:",
+                          ":12:5: overrides:", ":14:12: resources.threads:", ":16:10: notify.on:"})
     EXPECT_NE(text.find(key), std::string::npos) << key << "\n" << text;
 }
 

@@ -44,7 +44,7 @@ TEST(JobFrom, ReportsAllProblemsAtOnceWithPlaceAndNearest) {
 }
 
 TEST(JobFrom, RefusesKeysThatThisVersionWouldIgnore) {
-  for (const std::string line : {"notify: x", "executor: slurm", "brick: {}"}) {
+  for (const std::string line : {"cluster: x", "executor: slurm", "brick: {}"}) {
     const auto refused = job("scanmill: 1\n" + line + "\n");
     ASSERT_FALSE(refused.ok()) << line;
     EXPECT_NE(refused.error().text().find("not in this version"), std::string::npos) << refused.error().text();

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+// This run against the one before: which scans came out worse, by how much.
+#pragma once
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "document/document.hpp"
+#include "runner/output_tree.hpp"
+#include "runner/run_report.hpp"
+
+namespace scanmill::runner {
+
+/// A figure of a scan in both runs.
+struct Figure {
+  std::string name, unit;  // "greatest fit error", "mm"
+  double then = 0, now = 0;
+};
+
+struct WorseScan {
+  std::string name;
+  std::vector<Figure> figures;         // those that became worse
+  std::vector<std::string> new_gates;  // sentences of gates that failed now and not then
+};
+
+/// Below this share a greater fit error is the noise of scanning a part twice, not a worse part.
+inline constexpr double kWorseShare = 0.02;
+
+/// Scans whose result stands and is worse than in `last` (a run.json, or what save_night kept): fit error greater by
+/// more than kWorseShare, more open loops, or a gate that fails now and did not then. By growth of the fit error in mm,
+/// then of the loops, then newly failed gates, then name.
+std::vector<WorseScan> worse_scans(const RunReport& report, const document::Node& last);
+
+/// The scans' figures of the last run that reached its end, for the next run to compare with; nothing when there is
+/// none that can be read. A run that was killed, interrupted or told --only leaves them alone; a scan without a result
+/// of its own keeps the figures it had.
+std::optional<document::Node> load_night(const OutputTree& tree);
+Result<void> save_night(const RunReport& report, const document::Node* last, const OutputTree& tree);
+
+/// What the page of the run is made from: run.json with, per scan, `advice` and `new`, and on top `verdict`, `worse`
+/// and `compared_with` (when the run before ended; null without one).
+document::Node night_document(const RunReport& report, const document::Node* last, const std::vector<WorseScan>& worse);
+
+}  // namespace scanmill::runner
