@@ -15,6 +15,13 @@ namespace {
 constexpr std::uint64_t kLongestPlan = 64 << 20;
 constexpr std::string_view kExports[] = {"gcode", "conf", "aln", "log", "xf", "3dtk"};
 
+/// To the terminal as it is, under --json as a value.
+void hand_over_text(std::string text, ToolReport& report) {
+  report.values.set("text", text);
+  while (!text.empty() && text.back() == '\n') text.pop_back();
+  report.text = std::move(text);
+}
+
 /// Moves in the words of RS-274: absolute, mm, one rapid move per station.
 Result<std::string> gcode_of(const plan::ScanPlan& plan) {
   if (!plan.machine || plan.machine->joints.empty())
@@ -92,8 +99,7 @@ Result<void> hand_over_plan(const plan::ScanPlan& plan, const std::vector<std::s
   for (const std::string& line : comments) text += "# " + line + "\n";
   text += document::to_yaml(plan::to_document(plan));
   if (output.empty()) {
-    while (!text.empty() && text.back() == '\n') text.pop_back();
-    report.text = std::move(text);
+    hand_over_text(std::move(text), report);
     return {};
   }
   TRY(store::write_text(output, text));
@@ -132,8 +138,7 @@ Result<ToolReport> export_plan(const std::string& path, const std::string& as, c
   ToolReport report;
   report.values.set("stations", static_cast<std::uint64_t>(plan.stations.size()));
   if (output.empty()) {
-    while (!text.empty() && text.back() == '\n') text.pop_back();
-    report.text = std::move(text);
+    hand_over_text(std::move(text), report);
     return report;
   }
   TRY(store::write_text(output, text));

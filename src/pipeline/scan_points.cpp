@@ -4,11 +4,11 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
-#include <bit>
 #include <cmath>
 
 #include "base/digest.hpp"
 #include "base/text.hpp"
+#include "pipeline/block_band.hpp"
 
 namespace scanmill::pipeline {
 namespace {
@@ -16,37 +16,6 @@ namespace {
 /// Counters of one block; threads may read the same block at once, all of them store the same numbers.
 struct BlockCounts {
   std::atomic<std::uint64_t> points_read{0}, not_finite{0}, sensor_invalid{0};
-};
-
-/// The same for the sensor's depth band and field.
-class BlockBand {
- public:
-  void store(const plan::BandCounts& counts) {
-    const std::uint64_t values[] = {counts.points,
-                                    counts.too_near,
-                                    counts.too_far,
-                                    counts.beside,
-                                    std::bit_cast<std::uint64_t>(counts.nearest_mm),
-                                    std::bit_cast<std::uint64_t>(counts.farthest_mm),
-                                    std::bit_cast<std::uint64_t>(counts.beside_mm)};
-    for (std::size_t i = 0; i < values_.size(); ++i) values_[i].store(values[i], std::memory_order_relaxed);
-    read_.store(true, std::memory_order_release);
-  }
-  plan::BandCounts load() const {
-    if (!read_.load(std::memory_order_acquire)) return {};
-    const auto value = [&](std::size_t i) { return values_[i].load(std::memory_order_relaxed); };
-    return {value(0),
-            value(1),
-            value(2),
-            value(3),
-            std::bit_cast<double>(value(4)),
-            std::bit_cast<double>(value(5)),
-            std::bit_cast<double>(value(6))};
-  }
-
- private:
-  std::array<std::atomic<std::uint64_t>, 7> values_{};
-  std::atomic<bool> read_{false};
 };
 
 ViewPoint to_global(const ViewPoint& view_point, const Pose& pose) {

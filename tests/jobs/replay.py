@@ -376,6 +376,8 @@ def gcode_goes_out(work):
     assert "G21 ; mm" in lines and "G90 ; absolute" in lines and lines[-1] == "M2"
     moves = [line for line in lines if line.startswith("G0")]
     assert moves[0] == "G0 X375 Y250 Z240 A0 B-90 ; station above" and len(moves) == 6, moves
+    event = json.loads(run("plan", "export", f"{MACHINES}/bradley.yaml", "--json").splitlines()[0])
+    assert event["values"]["text"].splitlines() == lines, event
     assert "allowed gcode, conf, aln, log, xf, 3dtk; nearest gcode" in run(
         "plan", "export", f"{MACHINES}/bradley.yaml", "--as", "gcod", want=2)
 
@@ -403,6 +405,12 @@ def poses_of_3dtk_come_back(work):
     cloud = cloud_of(f"{work}/out/cloud.ply")
     for view in range(3):
         assert numpy.abs(cloud["p"][cloud["view"] == view] - part).max() < 1e-6, view
+    # a record of such a scan leads back to the rows as they stand in the files
+    with open(f"{work}/job.yaml", "w") as out:
+        out.write("scanmill: 1\narchive: a\nlattice: {bin_mm: 20}\n")
+    run("run", f"{work}/job.yaml", "--out", f"{work}/jobout")
+    subprocess.run([sys.executable, f"{ROOT}/tests/provenance/check_record.py", f"{work}/jobout/scans/plan/record.h5",
+                    "--archive", f"{work}/a"], check=True, stdout=subprocess.DEVNULL)
     run("plan", "export", f"{work}/a/plan.yaml", "--as", "3dtk", "-o", f"{work}/back")
     for n in range(3):
         was, now = (numpy.array(open(p).read().split(), float) for p in (poses[n], f"{work}/back/scan{n:03d}.pose"))
