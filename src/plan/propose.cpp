@@ -71,22 +71,66 @@ std::vector<Facet> targets_of(const Surface& surface, double cell_mm) {
   return targets;
 }
 
-/// Where the machine can go; without joints everywhere.
-bool take_place(const ScanPlan& rig, std::span<const double> home, Candidate& candidate) {
-  if (!rig.machine || rig.machine->joints.empty()) return true;
-  const Solution found = solve(*rig.machine, rig.mount, rig.sensor.stand_off_mm, {candidate.view, false}, home);
-  if (found.reach != Reach::Exact) return false;
+/// Joints rounded to counts; false where the machine may not stand like that.
+bool take_joints(const ScanPlan& rig, std::vector<double> joints, Candidate& candidate) {
   ScanPlan one = rig;
-  one.stations.clear();
-  Station station;
-  station.joints = found.joints;
-  one.stations.push_back(station);
+  one.stations.assign(1, Station{});
+  one.stations.front().joints = std::move(joints);
   const State state = settle(one).front();
   for (const Finding& finding : state.findings)
     if (finding.severity == Severity::Error) return false;
   candidate.joints = state.joints;
   candidate.view = state.at.view;
   return true;
+}
+
+/// Where the machine can go; without joints everywhere. A machine of few joints hardly ever reaches a place exactly:
+/// the nearest one it can take is as good, what it sees is looked at there.
+bool take_place(const ScanPlan& rig, std::span<const double> home, Candidate& candidate) {
+  if (!rig.machine || rig.machine->joints.empty()) return true;
+  const Solution found = solve(*rig.machine, rig.mount, rig.sensor.stand_off_mm, {candidate.view, false}, home);
+  if (found.reach == Reach::OutsideLimits) return false;
+  return take_joints(rig, found.joints, candidate);
+}
+
+/// All settings of a machine of up to four joints, 15 degrees or a third of the field apart, at most 4,000.
+std::vector<std::vector<double>> grid_of(const ScanPlan& rig) {
+  constexpr std::size_t kMostPlaces = 4000;
+  const std::vector<Joint>& joints = rig.machine->joints;
+  std::vector<std::vector<double>> grid;
+  if (joints.empty() || joints.size() > 4) return grid;
+  const double field = std::min(rig.sensor.field_x_mm, rig.sensor.field_y_mm);
+  std::vector<std::size_t> steps;
+  std::vector<double> low, pitch;
+  for (const Joint& joint : joints) {
+    const bool rotary = joint.type == JointType::Rotary, round = rotary && !joint.low;
+    const double range = joint.low ? *joint.high - *joint.low : rotary ? 360 : 0;
+    const double wanted = std::ceil(range / (rotary ? 15 : field / 3));
+    steps.push_back(std::max<std::size_t>(1, static_cast<std::size_t>(std::min(wanted, 100.0)) + (round ? 0 : 1)));
+    low.push_back(joint.low ? *joint.low : joint.home);
+    pitch.push_back(range);
+  }
+  const auto places = [&] {
+    std::size_t product = 1;
+    for (const std::size_t n : steps) product *= n;
+    return product;
+  };
+  while (places() > kMostPlaces) {
+    std::size_t& most = *std::max_element(steps.begin(), steps.end());
+    most = most * 3 / 4;
+  }
+  for (std::size_t n = 0; n < places(); ++n) {
+    std::vector<double> q;
+    std::size_t rest = n;
+    for (std::size_t i = 0; i < joints.size(); ++i) {
+      const bool round = joints[i].type == JointType::Rotary && !joints[i].low;
+      const double parts = static_cast<double>(round ? steps[i] : std::max<std::size_t>(steps[i] - 1, 1));
+      q.push_back(low[i] + pitch[i] * static_cast<double>(rest % steps[i]) / parts);
+      rest /= steps[i];
+    }
+    grid.push_back(std::move(q));
+  }
+  return grid;
 }
 
 std::vector<Candidate> candidates_of(const ScanPlan& rig, const Surface& surface, double min_cosine,
@@ -108,8 +152,12 @@ std::vector<Candidate> candidates_of(const ScanPlan& rig, const Surface& surface
   std::vector<double> home;
   if (rig.machine)
     for (const Joint& joint : rig.machine->joints) home.push_back(joint.home);
+  const std::size_t aimed = all.size();
+  const std::vector<std::vector<double>> grid = rig.machine ? grid_of(rig) : std::vector<std::vector<double>>();
+  all.resize(aimed + grid.size());
   context.loop.run(all.size(), [&](std::size_t c, int) {
-    if (context.cancel.is_set() || !take_place(rig, home, all[c])) return;
+    if (context.cancel.is_set()) return;
+    if (!(c < aimed ? take_place(rig, home, all[c]) : take_joints(rig, grid[c - aimed], all[c]))) return;
     all[c].seen = facets_seen(surface, sensor, all[c].view, min_cosine);
   });
   std::erase_if(all, [](const Candidate& candidate) { return candidate.seen.empty(); });

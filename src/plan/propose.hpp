@@ -50,12 +50,12 @@ struct Proposal {
 };
 
 /// Candidates look at places spread over the surface, along the normal and from directions around it; those that the
-/// machine cannot take or where the head would meet a body are left out. Greedy cover: the candidate that adds most
-/// (ties: the first), until `coverage` of what is visible is seen; stations that others make superfluous go. Order:
-/// nearest neighbour from home, improved by reversing pieces (2-opt), by the time of the moves; where the straight way
-/// meets a body, the head is drawn back along a linear joint first (stations marked via).
-/// errors  BadInput when no place is left from which anything is seen; Cancelled
-/// cost    about 0.5 ms per candidate and 50,000 samples
+/// machine cannot take (at least nearly) or where the head would meet a body are left out; machines of up to four
+/// joints are tried all over their range as well. Greedy cover: the candidate that adds most (ties: the first), until
+/// `coverage` of what is visible is seen; stations that others make superfluous go. Order: nearest neighbour from home,
+/// improved by reversing pieces (2-opt), by the time of the moves; where the straight way meets a body, the head is
+/// drawn back along a linear joint first (stations marked via). errors  BadInput when no place is left from which
+/// anything is seen; Cancelled cost    about 0.5 ms per candidate and 50,000 samples
 Result<Proposal> propose(const ScanPlan& rig, const Surface& surface, const ProposeParams& params,
                          const Context& context);
 

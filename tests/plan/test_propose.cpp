@@ -147,6 +147,23 @@ TEST(Propose, StaysWithinTheMachineAndClearOfBodies) {
   EXPECT_EQ(document::to_yaml(to_document(planned)), document::to_yaml(to_document(first)));
 }
 
+TEST(Propose, UsesWhatATurntableCanDo) {
+  ScanPlan rig = machine_file("turntable");
+  rig.part = Box{{-30, -20, 20}, {30, 20, 60}};
+  const Surface surface = *surface_of(mesh_of_box(*rig.part), 4);
+  const Workers workers(2);
+  const auto found = propose(rig, surface, {}, workers.context());
+  ASSERT_TRUE(found.ok()) << found.error().text();
+  // Four sides and the top; nothing looks at the bottom.
+  std::size_t bottom = 0;
+  for (const Facet& facet : surface.facets) bottom += facet.normal.z < -0.5;
+  EXPECT_EQ(found->visible, found->facets - bottom);
+  EXPECT_GE(static_cast<double>(found->covered), 0.99 * static_cast<double>(found->visible));
+  EXPECT_LE(found->stations.size(), 8u);
+  rig.stations = found->stations;
+  EXPECT_EQ(replay(rig).totals.errors, 0u);
+}
+
 TEST(Propose, SaysWhenNothingCanBeSeen) {
   ScanPlan rig = machine_file("bradley");
   const Surface surface = *surface_of(mesh_of_box({{5000, 0, 0}, {5010, 10, 10}}), 1);
