@@ -33,7 +33,7 @@ std::span<const Field> Joint::fields() {
       field<Joint, &Joint::counts_per_rev>("counts_per_rev", "", "Encoder counts per turn of the motor shaft.",
                                            {0, 1e9}),
       field<Joint, &Joint::steps_per_rev>("steps_per_rev", "", "Steps per turn of the stepper motor.", {0, 1e9}),
-      field<Joint, &Joint::gear>("gear", "", "Turns of the motor per turn of the screw or joint.", {0, 1e6, true}),
+      field<Joint, &Joint::gear>("gear", "", "Turns of the motor per turn of the screw or joint.", {1e-6, 1e6}),
       field<Joint, &Joint::backlash>("backlash", "", "Lost motion when the direction turns, mm or degrees.", {0, 1e3}),
       field<Joint, &Joint::home>("home", "", "Value of the joint at count 0, where the path begins.", {-1e6, 1e6}),
       field<Joint, &Joint::accuracy>("accuracy", "", "Stated accuracy of the joint, mm or degrees.", {0, 1e3}),
@@ -90,7 +90,9 @@ double turns_of_value(const Joint& joint, double value, int direction) {
 }
 
 std::int64_t counts_of(const Joint& joint, double value, int direction) {
-  const double counts = turns_of_value(joint, value, direction) * static_cast<double>(counts_per_turn(joint));
+  // Beyond 2^53 counts are no longer whole in double; no machine gets there.
+  const double counts = std::clamp(
+      turns_of_value(joint, value, direction) * static_cast<double>(counts_per_turn(joint)), -0x1p53, 0x1p53);
   return static_cast<std::int64_t>(counts < 0 ? -std::floor(0.5 - counts) : std::floor(counts + 0.5));
 }
 

@@ -87,7 +87,10 @@ Joint Text::read_joint(const Node& node, const std::string& key) {
   if (const Node* limits = node.find("limits")) {
     std::array<double, 2> ends{};
     if (read_numbers(*limits, key + ".limits", ends)) {
-      if (ends[0] > ends[1]) problem(limits->mark, key + ".limits", "a low limit above the high one", "[low, high]");
+      if (std::abs(ends[0]) > 1e6 || std::abs(ends[1]) > 1e6)
+        problem(limits->mark, key + ".limits", "a limit beyond a million", "[low, high] within -1e+06 and 1e+06");
+      else if (ends[0] > ends[1])
+        problem(limits->mark, key + ".limits", "a low limit above the high one", "[low, high]");
       joint.low = ends[0];
       joint.high = ends[1];
     }

@@ -185,6 +185,8 @@ class Reader : private Text {
         problem(value->mark, name, found(*value), "a whole number");
       else if (value != nullptr && (!value->is_number() || !std::isfinite(value->as_number())))
         problem(value->mark, name, found(*value), "a number");
+      else if (value != nullptr && !are_counts && std::abs(value->as_number()) > 1e7)
+        problem(value->mark, name, found(*value), "[-1e+07, 1e+07]");
       else if (value != nullptr && are_counts)
         counts[i] = value->as_integer();
       else if (value != nullptr)

@@ -142,6 +142,10 @@ Pose Text::read_pose(const Node& node, const std::string& key) {
     pose = read_angles(node, *angles, key);
   else
     pose = read_eye(node, key);
+  const Vec3 t = pose.translation;
+  if (std::max({std::abs(t.x), std::abs(t.y), std::abs(t.z)}) > 1e12)
+    return problem(node.mark, key, "a place more than a million kilometres away", "translations in mm up to 1e+12"),
+           Pose{};
   return without_negative_zeros(pose);
 }
 

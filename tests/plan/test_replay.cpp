@@ -140,10 +140,32 @@ TEST(PlanFrom, NamesWhatIsWrongWithAMachine) {
         "machine.joints[1].axis: found no direction", "machine.joints[1].lead_mm: found -1; allowed [0, 1",
         "machine.joints[1].name: found x, the name of an earlier joint", "machine.joints[2].name: found nothing",
         "machine.joints[2].velocty: found an unknown key", "nearest velocity",
-        "machine.joints[2].gear: found 0; allowed (0, 1e+06]", "machine.joints[2].lead_mm: found 4 on a rotary joint",
+        "machine.joints[2].gear: found 0; allowed [1e-06, 1e+06]",
+        "machine.joints[2].lead_mm: found 4 on a rotary joint",
         "stations[0].counts.x: found 1.5; allowed a whole number", "stations[0].counts.y: found an unknown key",
         "stations[1].target.normal: found nothing"})
     EXPECT_NE(text.find(line), std::string::npos) << line << "\n" << text;
+}
+
+TEST(PlanFrom, BearsWildNumbers) {
+  const std::string machine =
+      "scanmill_plan: 1\nmachine: {joints: [{name: x, type: linear, axis: [1e-150, 0, 0], limits: [0, 10], lead_mm: "
+      "1e-300, counts_per_rev: 1000000000}, {name: a, type: rotary, axis: [0, 0, 1e150], steps_per_rev: 1}]}\n";
+  int sound = 0;
+  for (const char* station :
+       {"joints: {x: 5, a: 1e7}", "joints: {x: -1e300, a: 0}", "joints: {x: .inf, a: 0}",
+        "counts: {x: 9007199254740992, a: -9007199254740992}", "counts: {x: 1e30, a: 0}",
+        "pose: {eye: [1e300, 0, 0], target: [0, 0, 0]}", "pose: {eye: [1e11, 0, 0], target: [0, 0, 0]}",
+        "target: {point: [1e11, 0, 0], normal: [1e-150, 0, 0]}"}) {
+    const auto plan =
+        plan_of_text(machine + "stations: [{name: s, " + station + "}, {name: t, joints: {x: 0, a: 0}}]\n");
+    if (!plan.ok()) continue;
+    ++sound;
+    const Replay played = replay(*plan);
+    EXPECT_TRUE(std::isfinite(played.totals.path_mm)) << station;
+    for (const Step& step : played.steps) EXPECT_TRUE(is_finite(step.state.at.view.translation)) << station;
+  }
+  EXPECT_EQ(sound, 4);
 }
 
 }  // namespace
