@@ -9,11 +9,13 @@
 
 #include "base/text.hpp"
 #include "cli/commands.hpp"
+#include "cli/plan_commands.hpp"
 #include "cli/schemas.hpp"
 #include "cli/stage_options.hpp"
 #include "cli/versions.hpp"
 #include "pipeline/bench_stages.hpp"
 #include "pipeline/mesh_tools.hpp"
+#include "pipeline/replay_plan.hpp"
 #include "runner/console.hpp"
 #include "runner/job.hpp"
 #include "runner/machine.hpp"
@@ -52,6 +54,8 @@ struct Options {
   std::string input, second, output, object, schema;
   pipeline::PictureChoice picture;
   pipeline::BenchChoice timing;
+  pipeline::ReplayChoice replay;
+  PlanOptions plan;
   std::uint64_t seed = 1;
   bool as_is = false, as_points = false, ascii = false;
 
@@ -168,6 +172,19 @@ void add_tool_commands(CLI::App& app, Options& options) {
   simulate.add_option("--object", options.object, "figurine, handset, sphere, torus or cube.")->required();
   simulate.add_option("--out", options.output, "Folder for the views and the plan.")->required();
   simulate.add_option("--seed", options.seed, "Seed of the noise.");
+  CLI::App& replay =
+      command(app, options, "replay", "The motions of a scan plan offline: limits, times, poses, cloud.");
+  replay.add_option("plan", options.input, "Scan plan.")->required();
+  replay.add_option("-o,--out", options.output,
+                    "Folder to write; the plan's name with .replay in the current folder by default.");
+  replay.add_option("--bin-mm", options.replay.bin_mm, "Bins of the coverage; ten sensor pixels unless given.")
+      ->check(CLI::PositiveNumber);
+  replay.add_flag("--no-cloud", options.replay.no_cloud, "Do not write the merged cloud.");
+  replay.add_flag("--no-pictures", options.replay.no_pictures, "Do not draw.");
+  CLI::App& plan = command(app, options, "plan", "Scan plans from and to other programs, and stations for a machine.");
+  options.plan.add_to(plan, [&](CLI::App& group, const char* name, const char* help) -> CLI::App& {
+    return command(group, options, name, help);
+  });
   CLI::App& bench = command(app, options, "bench", "How fast each stage is on this machine and on these points.");
   bench.add_option("stage", options.timing.stage,
                    document::joined(pipeline::bench_stage_words()) + "; all unless given.");
@@ -212,6 +229,7 @@ std::string unknown_word(const CLI::App& app) {
     return with_nearest("unknown command " + rest[0] + "; allowed " + all, rest[0], names);
   }
   const CLI::App& sub = *subs[0];
+  if (!sub.get_subcommands([](const CLI::App*) { return true; }).empty()) return unknown_word(sub);
   std::vector<std::string> options;
   for (const CLI::Option* option : sub.get_options())
     for (const std::string& name : option->get_lnames()) options.push_back("--" + name);
@@ -230,6 +248,8 @@ Result<pipeline::ToolReport> run_stage(const std::string& name, const Options& o
   if (name == "init")
     return pipeline::write_first_job(o.input, o.output.empty() ? "job.yaml" : o.output, context, progress);
   if (name == "simulate") return pipeline::simulate_plan(o.input, o.object, o.output, o.seed, context, progress);
+  if (name.starts_with("plan ")) return o.plan.run(name.substr(5), context, progress);
+  if (name == "replay") return pipeline::replay_plan(o.input, o.output, o.replay, context, progress);
   if (name == "reduce") return pipeline::reduce_to_file(o.inputs, what, o.output, context, progress);
   if (name == "mesh") return pipeline::mesh_to_file(o.inputs, what, o.as_is, o.output, context, progress);
   if (name == "optimise") return pipeline::optimise_file(o.input, what, o.output, context, progress);
@@ -252,12 +272,14 @@ Result<pipeline::ToolReport> run_stage(const std::string& name, const Options& o
 }
 
 int dispatch(const CLI::App& app, Options& options) {
-  const std::string name = app.get_subcommands()[0]->get_name();
+  const CLI::App& sub = *app.get_subcommands()[0];
+  const std::string name =
+      sub.get_subcommands().empty() ? sub.get_name() : sub.get_name() + " " + sub.get_subcommands()[0]->get_name();
   if (name == "run") return run_run(options.common, options.run, g_stop);
   if (name == "status" || name == "cancel" || name == "gc")
     return run_operation(options.common, name, options.input, options.run.dry_run);
   if (name == "retry") return run_retry(options.common, options.input, options.inputs, g_stop);
-  if (name == "check") return run_check(options.common, options.input, options.run.sets);
+  if (name == "check") return run_check(options.common, options.input, options.run.sets, g_stop);
   if (name == "schema") {
     const auto text = schema_text(options.schema);
     if (!text) return refuse(text.error().message, options.common.json);

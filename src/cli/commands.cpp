@@ -6,6 +6,7 @@
 #include "base/text.hpp"
 #include "cli/pipeline_work.hpp"
 #include "cli/versions.hpp"
+#include "pipeline/replay_plan.hpp"
 #include "plan/plan.hpp"
 #include "runner/machine.hpp"
 #include "runner/operate.hpp"
@@ -121,7 +122,8 @@ int run_tool(const CommonOptions& common, const std::string& name, const runner:
   return report->failed_gates.empty() ? runner::kExitGood : runner::kExitGate;
 }
 
-int run_check(const CommonOptions& common, const std::string& path, std::vector<std::string> sets) {
+int run_check(const CommonOptions& common, const std::string& path, std::vector<std::string> sets,
+              const runner::Stop& stop) {
   const auto options = common.console();
   Console console(options ? *options : runner::ConsoleOptions{});
   if (!options) return complain(console, options.error());
@@ -141,9 +143,17 @@ int run_check(const CommonOptions& common, const std::string& path, std::vector<
   if (root->find("scanmill_plan") || (root->find("stations") && !root->find("scanmill"))) {
     const auto plan = plan::plan_from(*root, path);
     if (!plan) return refuse(plan.error());
+    const ChunkLoop loop(static_cast<int>(common.threads ? common.threads : runner::usable_cores()));
+    const auto report = pipeline::check_plan(path, Context{loop, stop.flag}, console);
+    if (!report) return complain(console, report.error());
     event.set("kind", "plan");
     event.set("stations", static_cast<std::uint64_t>(plan->stations.size()));
-    console.result(path + ": a valid scan plan with " + std::to_string(plan->stations.size()) + " stations", event);
+    if (const Node* warnings = report->values.find("warnings"))
+      for (const Node& line : warnings->items()) console.note("", line.as_string());
+    const std::string files = report->values.find("files")->as_string();
+    console.result(
+        path + ": a valid scan plan with " + std::to_string(plan->stations.size()) + " stations; views: " + files,
+        event);
     return runner::kExitGood;
   }
   PipelineWork work;

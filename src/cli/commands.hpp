@@ -31,7 +31,8 @@ using Tool = std::function<Result<pipeline::ToolReport>(const Context&, Progress
 
 /// Runs a single stage with threads, cap and progress, shows its report, returns the exit code.
 int run_tool(const CommonOptions& common, const std::string& name, const runner::Stop& stop, const Tool& tool);
-int run_check(const CommonOptions& common, const std::string& path, std::vector<std::string> sets);
+int run_check(const CommonOptions& common, const std::string& path, std::vector<std::string> sets,
+              const runner::Stop& stop);
 int run_run(const CommonOptions& common, runner::RunOptions options, runner::Stop& stop);
 /// status, cancel or gc of an output folder.
 int run_operation(const CommonOptions& common, const std::string& name, const std::string& out, bool dry_run);

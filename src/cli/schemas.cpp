@@ -9,7 +9,8 @@
 namespace scanmill::cli {
 namespace {
 
-constexpr std::string_view kNames[] = {"job", "plan", "run", "stream", "bench", "journal", "worklist", "quarantine"};
+constexpr std::string_view kNames[] = {"job",     "plan",     "run",        "stream", "bench",
+                                      "journal", "worklist", "quarantine", "replay"};
 
 }  // namespace
 
@@ -24,6 +25,7 @@ Result<std::string> schema_text(const std::string& name) {
   if (name == "journal") return std::string(k_journal_schema);
   if (name == "worklist") return std::string(k_worklist_schema);
   if (name == "quarantine") return std::string(k_quarantine_schema);
+  if (name == "replay") return std::string(k_replay_schema);
   std::string sentence = "schema: found " + name + "; allowed " + document::joined(kNames);
   if (const std::string_view nearest = nearest_name(name, kNames); !nearest.empty())
     sentence += "; nearest " + std::string(nearest);

@@ -133,4 +133,28 @@ Result<std::vector<NamedPose>> read_poses(const ByteSource& source) {
   return poses;
 }
 
+Result<Pose> read_3dtk_pose(const ByteSource& source) {
+  if (source.size() > 4096)
+    return fail(Code::BadInput, "the file is larger than 4 KiB; this is no pose", source.name());
+  TRY_ASSIGN(const std::string text, read_all(source, 4096));
+  std::array<double, 6> v{};
+  std::size_t count = 0;
+  const std::vector<std::string> lines = lines_of(text);
+  for (std::size_t n = 0; n < lines.size(); ++n)
+    for (const std::string_view word : words_of(lines[n])) {
+      const auto value = parse_number(word);
+      if (!value || !std::isfinite(*value) || count == 6)
+        return fail(Code::BadInput, "found " + quoted(word) + ", wanted x y z and three angles in degrees",
+                    line_place(source.name(), n + 1));
+      v[count++] = *value;
+    }
+  if (count != 6)
+    return fail(Code::BadInput, "found " + std::to_string(count) + " numbers, wanted x y z and three angles in degrees",
+                source.name());
+  Pose pose = pose_turned({1, 0, 0}, v[3]).after(pose_turned({0, 1, 0}, v[4])).after(pose_turned({0, 0, 1}, v[5]));
+  for (const std::size_t at : {2u, 5u, 6u, 7u}) pose.rotation[at] = 0 - pose.rotation[at];
+  pose.translation = {v[0], v[1], 0 - v[2]};
+  return pose;
+}
+
 }  // namespace scanmill::formats

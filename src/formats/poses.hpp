@@ -21,4 +21,10 @@ struct NamedPose {
 /// rigid pose, a count that does not match
 Result<std::vector<NamedPose>> read_poses(const ByteSource& source);
 
+/// One 3DTK (slam6d) .pose file: x y z, then three angles in degrees, in its left-handed frame, where
+/// p' = Rx Ry Rz p + t. Comes back for points whose z was negated, as a right-handed pose: M R M, M t with
+/// M = diag(1, 1, -1); the scans land unmirrored in a right-handed global frame.
+/// errors  BadInput with "file:line": other than six numbers
+Result<Pose> read_3dtk_pose(const ByteSource& source);
+
 }  // namespace scanmill::formats

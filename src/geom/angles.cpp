@@ -48,4 +48,27 @@ double degrees_of_chord(double chord) {
   return 2 * degrees_of(half, std::sqrt(1 - half * half));
 }
 
+SineCosine sine_cosine_of(double degrees) {
+  double x = std::fmod(degrees, 360.0);  // exact, as are the steps down to [-45, 45]
+  const double quarters = std::floor(x / 90 + 0.5);
+  x -= quarters * 90;
+  const double r = x * 0.017453292519943295, s = r * r;
+  double sine = 0, cosine = 0;  // Horner forms of the series; at pi/4 the first term left out is below 1e-18
+  for (int n = 16; n >= 2; n -= 2) {
+    sine = -s / ((n + 1) * n) * (1 + sine);
+    cosine = -s / (n * (n - 1)) * (1 + cosine);
+  }
+  const double sn = r + r * sine, cs = 1 + cosine;
+  switch ((static_cast<int>(quarters) % 4 + 4) % 4) {
+    case 1:
+      return {cs, 0 - sn};
+    case 2:
+      return {0 - sn, -cs};
+    case 3:
+      return {0 - cs, sn};
+    default:
+      return {sn, cs};
+  }
+}
+
 }  // namespace scanmill

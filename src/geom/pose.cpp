@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "geom/pose.hpp"
 
+#include <algorithm>
+
 #include "base/text.hpp"
+#include "geom/angles.hpp"
 
 namespace scanmill {
 
@@ -78,6 +81,59 @@ Pose pose_looking_at(Vec3 eye, Vec3 target, Vec3 up) {
   pose.rotation = {x.x, y.x, z.x, x.y, y.y, z.y, x.z, y.z, z.z};
   pose.translation = eye;
   return pose;
+}
+
+Pose pose_turned(Vec3 axis, double degrees) {
+  const Vec3 n = unit(axis);
+  const auto [s, c] = sine_cosine_of(degrees);
+  const double d = 1 - c;
+  Pose pose;
+  pose.rotation = {c + n.x * n.x * d,       n.x * n.y * d - n.z * s, n.x * n.z * d + n.y * s,
+                   n.y * n.x * d + n.z * s, c + n.y * n.y * d,       n.y * n.z * d - n.x * s,
+                   n.z * n.x * d - n.y * s, n.z * n.y * d + n.x * s, c + n.z * n.z * d};
+  return pose;
+}
+
+Pose pose_from_angles(Vec3 degrees, Vec3 translation) {
+  Pose pose = pose_turned({0, 0, 1}, degrees.z)
+                  .after(pose_turned({0, 1, 0}, degrees.y))
+                  .after(pose_turned({1, 0, 0}, degrees.x));
+  pose.translation = translation;
+  return pose;
+}
+
+Pose pose_shifted(Vec3 translation) {
+  Pose pose;
+  pose.translation = translation;
+  return pose;
+}
+
+std::array<double, 4> quaternion_of(const Pose& pose) {
+  const auto& r = pose.rotation;
+  // Four times the squares of w, x, y, z: the largest is divided by, so nothing cancels.
+  const std::array<double, 4> squares{1 + r[0] + r[4] + r[8], 1 + r[0] - r[4] - r[8], 1 - r[0] + r[4] - r[8],
+                                      1 - r[0] - r[4] + r[8]};
+  const auto largest = std::max_element(squares.begin(), squares.end()) - squares.begin();
+  const double root = std::sqrt(squares[static_cast<std::size_t>(largest)]), k = 0.5 / root;
+  double w = 0, x = 0, y = 0, z = 0;
+  if (largest == 0) {
+    w = root / 2, x = (r[7] - r[5]) * k, y = (r[2] - r[6]) * k, z = (r[3] - r[1]) * k;
+  } else if (largest == 1) {
+    w = (r[7] - r[5]) * k, x = root / 2, y = (r[1] + r[3]) * k, z = (r[2] + r[6]) * k;
+  } else if (largest == 2) {
+    w = (r[2] - r[6]) * k, x = (r[1] + r[3]) * k, y = root / 2, z = (r[5] + r[7]) * k;
+  } else {
+    w = (r[3] - r[1]) * k, x = (r[2] + r[6]) * k, y = (r[5] + r[7]) * k, z = root / 2;
+  }
+  const double sign = w < 0 ? -1 : 1;
+  return {x * sign, y * sign, z * sign, w * sign};
+}
+
+PoseGap gap_between(const Pose& a, const Pose& b) {
+  const Pose turn = a.inverse().after(b);
+  const auto& r = turn.rotation;
+  const Vec3 twice_sine{r[7] - r[5], r[2] - r[6], r[3] - r[1]};
+  return {norm(a.translation - b.translation), degrees_of(norm(twice_sine), r[0] + r[4] + r[8] - 1)};
 }
 
 }  // namespace scanmill

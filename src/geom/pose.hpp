@@ -38,4 +38,19 @@ Result<Pose> pose_from_matrix(const std::array<double, 16>& m);
 /// Camera at `eye` whose +z axis looks at `target`, +x as level as `up` allows (x = up x z).
 Pose pose_looking_at(Vec3 eye, Vec3 target, Vec3 up);
 
+/// Turn by an angle about an axis through the origin (right-hand rule); the axis need not be a unit vector.
+Pose pose_turned(Vec3 axis, double degrees);
+/// About the fixed x axis first, then y, then z, then moved: R = Rz Ry Rx.
+Pose pose_from_angles(Vec3 degrees, Vec3 translation);
+/// Shift without turn.
+Pose pose_shifted(Vec3 translation);
+/// x, y, z, w of the rotation, p' = q p q*; of the two signs the one with w >= 0.
+std::array<double, 4> quaternion_of(const Pose& pose);
+
+/// How far two poses lie apart.
+struct PoseGap {
+  double mm = 0, degrees = 0;
+};
+PoseGap gap_between(const Pose& a, const Pose& b);
+
 }  // namespace scanmill

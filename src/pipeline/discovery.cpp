@@ -10,8 +10,8 @@
 #include "formats/conf.hpp"
 #include "formats/poses.hpp"
 #include "formats/probe.hpp"
+#include "pipeline/plan_scan.hpp"
 #include "pipeline/scan_names.hpp"
-#include "plan/plan.hpp"
 #include "store/files.hpp"
 
 namespace scanmill::pipeline {
@@ -19,11 +19,6 @@ namespace {
 
 constexpr std::uint64_t kMaxPlan = 64 << 20;
 constexpr std::size_t kLook = 1 << 16;
-
-std::string folder_of(const std::string& path) {
-  const auto slash = path.rfind('/');
-  return slash == std::string::npos ? std::string() : path.substr(0, slash + 1);
-}
 
 std::string lower(std::string text) {
   for (char& c : text)
@@ -136,10 +131,12 @@ class Finder {
     scan.kind = ScanKind::Plan;
     scan.description = file;
     const Result<plan::ScanPlan> plan = tree.ok() ? plan::plan_from(*tree, file) : Result<plan::ScanPlan>(tree.error());
-    if (plan.ok())
-      take_plan(*plan, scan);
-    else
+    if (plan.ok()) {
+      views_of_plan(*plan, scan);
+      judge_plan(*plan, scan);
+    } else {
       scan.broken = plan.error().text();
+    }
     if (!tree.ok())
       claim_files_in_text(*text, file);
     else if (!plan.ok())
@@ -147,24 +144,6 @@ class Finder {
     claimed_.insert(file);
     finish_described(std::move(scan));
     return {};
-  }
-
-  static void take_plan(const plan::ScanPlan& plan, ScanSpec& scan) {
-    scan.units_mm = plan.units_mm;
-    for (const plan::Station& station : plan.stations) {
-      if (station.data.empty()) {
-        scan.notes.push_back("station " + station.name + " names no data file and was passed over");
-        continue;
-      }
-      ViewSpec& view = scan.views.emplace_back();
-      view.path = plain_path(folder_of(scan.description) + station.data);
-      view.pose = station.pose;
-      view.expected_sha256 = station.sha256.value_or("");
-      if (plan.has_sensor && plan.sensor.perspective)
-        view.view_point.eye = Vec3{0, 0, 0};
-      else if (plan.has_sensor)
-        view.view_point.direction = Vec3{0, 0, -1};
-    }
   }
 
   /// Its views must not turn up as scans of their own because of a slip elsewhere in the plan.
@@ -188,13 +167,21 @@ class Finder {
     std::sort(scan.views.begin(), scan.views.end(),
               [](const ViewSpec& a, const ViewSpec& b) { return a.path < b.path; });
     std::size_t missing = 0;
+    std::string absent;
     for (ViewSpec& view : scan.views) {
       claimed_.insert(view.path);
       view.missing = !present_.contains(view.path);
       missing += view.missing;
-      if (view.missing)
-        scan.notes.push_back("the file " + view.path + " named in " + scan.description + " is not there");
+      if (!view.missing) continue;
+      const std::string sentence = "the file " + view.path + " named in " + scan.description + " is not there";
+      // A plan says what the scan is made of: without one of its views it is another scan.
+      if (view.station.empty())
+        scan.notes.push_back(sentence);
+      else
+        absent += (absent.empty() ? "" : "\n") + scan.description + ": station " + view.station + ": the file " +
+                  view.path + " is not there; copy it, or take the station out of the plan";
     }
+    if (scan.broken.empty() && missing < scan.views.size()) scan.broken = absent;
     if (scan.broken.empty() && missing == scan.views.size())
       scan.broken = scan.description + ": " +
                     (missing == 0 ? "names no file of points"

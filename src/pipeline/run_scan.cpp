@@ -122,6 +122,7 @@ Result<ScanResult> run_scan(const std::string& archive, const ScanSpec& scan, co
   const WatchedPoints watched(*cleaned.points, "reduce", progress);
   auto reduced = reduce::reduce_cloud(watched, what.lattice, what.reduce, context);
   if (!reduced.ok()) return name_file(explained(std::move(reduced).error(), cleaned), scan);
+  if (auto seen = points->check_bands(result.notes); !seen.ok()) return name_file(std::move(seen).error(), scan);
   reduce::Reduction reduction = std::move(reduced).value();
   const reduce::Report& report = reduction.report;
   if (std::string problem = implausible_size(report.bounds, points->units_mm(), report.bin_mm); !problem.empty())

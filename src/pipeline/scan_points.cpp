@@ -8,6 +8,7 @@
 
 #include "base/digest.hpp"
 #include "base/text.hpp"
+#include "pipeline/block_band.hpp"
 
 namespace scanmill::pipeline {
 namespace {
@@ -43,6 +44,7 @@ struct ScanPoints::Impl {
     bool is_identity = false;
   };
   double units = 1;
+  std::optional<scanmill::Sensor> sensor;
   formats::Format format = formats::Format::Auto;
   std::vector<ViewSpec> specs;
   std::vector<OpenView> views;
@@ -50,6 +52,7 @@ struct ScanPoints::Impl {
   std::size_t blocks = 0;
   std::uint64_t expected = 0;
   std::unique_ptr<BlockCounts[]> counts;
+  std::unique_ptr<BlockBand[]> bands;  // with a sensor only
 
   /// All scans of one file.
   Result<void> add(const std::string& archive, const ViewSpec& spec) {
@@ -66,11 +69,25 @@ struct ScanPoints::Impl {
       view.header = reader->header();
       place(spec, view);
       specs.push_back(spec);
-      sources.push_back({file, std::move(reader), full_path, spec.expected_sha256, blocks, view.pose == Pose{}});
+      sources.push_back(
+          {file, std::move(reader), full_path, spec.expected_sha256, blocks, view.pose == Pose{} && !spec.mirrored});
       blocks += sources.back().reader->block_count();
       expected += view.header.rows;
     }
     return {};
+  }
+
+  /// In the sensor frame: positions as the file gives them, units apart.
+  plan::BandCounts band_of(const PointBlock& block) const {
+    plan::BandCounts seen;
+    if (units == 1) {
+      plan::count_band(*sensor, block.positions, seen);
+      return seen;
+    }
+    std::vector<Vec3> scaled(block.positions);
+    for (Vec3& p : scaled) p = p * units;
+    plan::count_band(*sensor, scaled, seen);
+    return seen;
   }
 
   /// The scan's pose after the file's own; what the scan says about the eye goes before what the file says.
@@ -100,6 +117,7 @@ Result<std::unique_ptr<ScanPoints>> ScanPoints::open(const std::string& archive,
   auto impl = std::make_unique<Impl>();
   impl->units = scan.units_mm > 0 ? scan.units_mm : units_mm;
   impl->format = format;
+  impl->sensor = scan.sensor;
   for (const ViewSpec& spec : scan.views) {
     if (spec.missing)
       impl->specs.push_back(spec);
@@ -111,6 +129,7 @@ Result<std::unique_ptr<ScanPoints>> ScanPoints::open(const std::string& archive,
     return fail(Code::BadInput, "the scan holds no points (0 rows); wanted at least one view with points", place);
   }
   impl->counts = std::make_unique<BlockCounts[]>(impl->blocks);
+  if (impl->sensor) impl->bands = std::make_unique<BlockBand[]>(impl->blocks);
   return std::unique_ptr<ScanPoints>(new ScanPoints(std::move(impl)));
 }
 
@@ -131,6 +150,9 @@ Result<void> ScanPoints::read_block(std::size_t number, PointBlock& out) const {
   out.view = view.id;
   out.view_point = view.view_point;
   const double units = impl_->units;
+  if (impl_->specs[index_of(view.id)].mirrored)
+    for (Vec3& p : out.positions) p.z = -p.z;
+  if (impl_->bands && view.header.pose == Pose{}) impl_->bands[number].store(impl_->band_of(out));
   if (!source.is_identity)
     for (Vec3& p : out.positions) p = view.pose.apply(p * units);
   else if (units != 1)
@@ -151,6 +173,7 @@ std::vector<ViewCounts> ScanPoints::counts() const {
       sums[i].points_read += impl_->counts[block].points_read.load(std::memory_order_relaxed);
       sums[i].not_finite += impl_->counts[block].not_finite.load(std::memory_order_relaxed);
       sums[i].sensor_invalid += impl_->counts[block].sensor_invalid.load(std::memory_order_relaxed);
+      if (impl_->bands) sums[i].band.add(impl_->bands[block].load());
     }
   }
   return sums;
@@ -170,11 +193,38 @@ Result<std::vector<std::string>> ScanPoints::digests(const Context& context) con
     const std::string& expected = impl_->sources[i].expected_sha256;
     if (!expected.empty() && expected != digest)
       return fail(Code::BadInput,
-                  "the file has SHA-256 " + digest + ", its plan names " + expected + "; it was changed or exchanged",
+                  (impl_->specs[index_of(impl_->views[i].id)].station.empty()
+                       ? ""
+                       : "station " + impl_->specs[index_of(impl_->views[i].id)].station + ": ") +
+                      "the file has SHA-256 " + digest + ", its plan names " + expected +
+                      "; it was changed or exchanged",
                   impl_->views[i].path);
     digests.push_back(std::move(digest));
   }
   return digests;
+}
+
+std::vector<plan::Finding> ScanPoints::band_findings() const {
+  std::vector<plan::Finding> all;
+  if (!impl_->sensor) return all;
+  const std::vector<ViewCounts> sums = counts();
+  for (std::size_t i = 0; i < sums.size(); ++i) {
+    const std::string& station = impl_->specs[index_of(impl_->views[i].id)].station;
+    for (plan::Finding& finding : plan::band_findings(*impl_->sensor, station, sums[i].band))
+      all.push_back(std::move(finding));
+  }
+  return all;
+}
+
+Result<void> ScanPoints::check_bands(std::vector<std::string>& notes) const {
+  std::string errors;
+  for (const plan::Finding& finding : band_findings())
+    if (finding.severity == plan::Severity::Warning)
+      notes.push_back(finding.text);
+    else
+      errors += (errors.empty() ? "" : "\n") + finding.text;
+  if (!errors.empty()) return fail(Code::BadInput, errors);
+  return {};
 }
 
 Result<void> ScanPoints::verify_unchanged() const {

@@ -9,6 +9,7 @@
 #include "cloud/cloud.hpp"
 #include "formats/view_reader.hpp"
 #include "pipeline/discovery.hpp"
+#include "plan/band.hpp"
 #include "store/files.hpp"
 
 namespace scanmill::pipeline {
@@ -27,6 +28,7 @@ struct ViewCounts {
   std::uint64_t points_read = 0;
   std::uint64_t not_finite = 0;
   std::uint64_t sensor_invalid = 0;
+  plan::BandCounts band;  // of plans with a sensor
   std::uint64_t kept() const { return points_read - not_finite - sensor_invalid; }
 };
 
@@ -54,6 +56,11 @@ class ScanPoints final : public PointSource {
   /// SHA-256 of each view's file, hex, one per view of views(); files are read one per chunk of the loop.
   /// errors  BadInput when a file is not the one its plan names; Cancelled
   Result<std::vector<std::string>> digests(const Context& context) const;
+  /// What the blocks read so far say about the sensor's depth band and field, station by station; empty when the scan
+  /// has no plan with a sensor.
+  std::vector<plan::Finding> band_findings() const;
+  /// errors  BadInput with the findings that are errors, a line each; warnings are added to `notes`
+  Result<void> check_bands(std::vector<std::string>& notes) const;
   /// errors  BadInput naming the file whose size, time or inode is not that of the moment it was opened
   Result<void> verify_unchanged() const;
 

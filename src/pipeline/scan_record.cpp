@@ -23,13 +23,21 @@ Result<void> add_description(const std::string& archive, const ScanSpec& scan, R
   return {};
 }
 
+/// Of the rows as the file holds them: a left-handed frame has its z negated.
+std::array<double, 16> matrix_of(const Pose& pose, bool mirrored) {
+  std::array<double, 16> m = pose.matrix();
+  if (mirrored)
+    for (const std::size_t at : {2u, 6u, 10u}) m[at] = 0 - m[at];
+  return m;
+}
+
 void add_inputs(const ScanPoints& points, const std::vector<std::string>& digests, Record& record) {
   const std::vector<ViewSpec>& views = points.specs();
   record.inputs.resize(views.size());
   for (std::size_t v = 0; v < views.size(); ++v) {
     record.inputs[v].path = views[v].path;
     record.inputs[v].missing = views[v].missing;
-    record.inputs[v].pose = views[v].pose.matrix();
+    record.inputs[v].pose = matrix_of(views[v].pose, views[v].mirrored);
     record.inputs[v].units_mm = points.units_mm();
   }
   const std::vector<ViewCounts> counts = points.counts();
@@ -40,7 +48,7 @@ void add_inputs(const ScanPoints& points, const std::vector<std::string>& digest
     entry.bytes = view.stamp.size;
     entry.format = view.header.format;
     entry.row_meaning = formats::name_of(view.header.row_meaning);
-    entry.pose = view.pose.matrix();
+    entry.pose = matrix_of(view.pose, views[index_of(view.id)].mirrored);
     entry.points_read = counts[k].points_read;
     entry.points_used = counts[k].kept();
     entry.not_finite = counts[k].not_finite;

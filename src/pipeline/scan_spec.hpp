@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "cloud/cloud.hpp"
+#include "cloud/sensor.hpp"
 #include "formats/view_reader.hpp"
 #include "geom/pose.hpp"
 
@@ -16,6 +17,8 @@ struct ViewSpec {
   std::string path;                            // relative to the archive, '/' separated
   Pose pose;                                   // view frame -> global frame; translation in mm
   bool pose_in_file_units = false;             // .conf: translation still in the file's units
+  bool mirrored = false;                       // the file's frame is left-handed: z is negated before all else
+  std::string station;                         // of a plan; empty otherwise
   ViewPoint view_point;                        // in the view frame, mm; empty: what the file says itself
   std::optional<formats::DepthCamera> camera;  // depth maps need it
   bool missing = false;                        // named by the scan but not there
@@ -28,11 +31,12 @@ struct ScanSpec {
   std::string
       name;  // unique; path relative to the archive without suffix; collisions keep the suffix; unsafe bytes %XX
   ScanKind kind = ScanKind::SingleFile;
-  std::string description;         // the plan, .conf, .aln or pose file, relative; empty when there is none
-  double units_mm = 0;             // from the plan; 0 = the job's
-  std::vector<ViewSpec> views;     // ascending relative path as bytes; a PTX stands for all its scans
-  std::vector<std::string> notes;  // missing files and the like, one sentence each
-  std::string broken;              // why the scan cannot be read at all (its description is invalid); empty when fine
+  std::string description;                 // the plan, .conf, .aln or pose file, relative; empty when there is none
+  double units_mm = 0;                     // from the plan; 0 = the job's
+  std::optional<scanmill::Sensor> sensor;  // from the plan: its depth band and field bound the points of every view
+  std::vector<ViewSpec> views;             // ascending relative path as bytes; a PTX stands for all its scans
+  std::vector<std::string> notes;          // missing files and the like, one sentence each
+  std::string broken;  // why the scan cannot be read at all (its description is invalid); empty when fine
 };
 
 }  // namespace scanmill::pipeline

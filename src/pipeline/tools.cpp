@@ -269,7 +269,7 @@ Result<ToolReport> simulate_plan(const std::string& plan_path, const std::string
   TRY_ASSIGN(plan::ScanPlan plan, read_plan(plan_path, text));
   bool named_here = false;
   for (plan::Station& station : plan.stations)
-    if (station.data.empty()) {
+    if (station.data.empty() && !station.via) {
       station.data = "views/" + station.name + ".ply";
       if (!is_inside(station.data))
         return fail(Code::BadParameter,
@@ -279,6 +279,7 @@ Result<ToolReport> simulate_plan(const std::string& plan_path, const std::string
   std::uint64_t points = 0;
   for (std::size_t s = 0; s < plan.stations.size(); ++s) {
     const plan::Station& station = plan.stations[s];
+    if (station.via) continue;
     progress.stage("simulate", s, plan.stations.size());
     const std::uint64_t own_seed = simulate::view_seed(seed, s);
     TRY_ASSIGN(simulate::RangeMap map, simulate::scan(*object, plan.sensor, station.pose, own_seed, context));

@@ -1,17 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "plan/plan.hpp"
 
-#include <algorithm>
-#include <array>
-#include <cmath>
 #include <set>
 
-#include "base/text.hpp"
+#include "document/read_fields.hpp"
+#include "plan/stations.hpp"
+#include "plan/text.hpp"
 
 namespace scanmill::plan {
 namespace {
 
-using document::Mark;
 using document::Node;
 
 struct Unit {
@@ -20,29 +18,18 @@ struct Unit {
 };
 constexpr Unit kUnits[] = {{"mm", 1}, {"cm", 10}, {"m", 1000}, {"in", 25.4}, {"um", 0.001}};
 
-constexpr std::string_view kPlanKeys[] = {"scanmill_plan", "name", "units", "sensor", "stations"};
-constexpr std::string_view kStationKeys[] = {"name", "pose", "data", "sha256"};
-constexpr std::string_view kPoseKeys[] = {"matrix", "quaternion", "translation", "eye", "target", "up"};
-
-/// A value for a message: as written, or what kind of thing it is.
-std::string found(const Node& node) {
-  if (node.is_map() || node.is_sequence() || node.is_null()) return node.kind();
-  return node.text.empty() ? document::to_json(node) : node.text.substr(0, 60);
-}
-
-/// -0 becomes 0, so that a pose written and read again is the same to the last bit.
-Pose without_negative_zeros(Pose pose) {
-  for (double& value : pose.rotation) value += 0.0;
-  pose.translation = pose.translation + Vec3{};
-  return pose;
-}
+constexpr std::string_view kPlanKeys[] = {"scanmill_plan", "name",   "units", "handedness", "camera",
+                                          "machine",       "sensor", "part",  "stations"};
+constexpr std::string_view kCameraKeys[] = {"intrinsics", "depth_scale"};
+constexpr std::string_view kStationKeys[] = {"name", "counts", "joints", "pose", "target", "data", "sha256", "via"};
+constexpr std::string_view kTargetKeys[] = {"point", "normal", "stand_off_mm"};
+constexpr std::string_view kMountKeys[] = {"frame", "mount_offset", "body"};
 
 /// Walks over the tree once and notes every problem on the way.
-class Reader {
+class Reader : private Text {
  public:
-  explicit Reader(const std::string& name) : name_(name) {}
-
-  std::string problems;
+  explicit Reader(const std::string& name) : Text(name) {}
+  using Text::problems;
 
   ScanPlan read(const Node& root) {
     ScanPlan plan;
@@ -58,46 +45,27 @@ class Reader {
       problem(version->mark, "scanmill_plan", found(*version), "1");
     if (const Node* name = root.find("name")) plan.name = text_of(*name, "name");
     if (const Node* units = root.find("units")) read_units(*units, plan);
+    if (const Node* hand = root.find("handedness")) {
+      plan.left_handed = hand->is_string() && hand->as_string() == "left";
+      if (!plan.left_handed && !(hand->is_string() && hand->as_string() == "right"))
+        problem(hand->mark, "handedness", found(*hand), "right, left");
+    }
+    if (const Node* camera = root.find("camera")) read_camera(*camera, plan);
+    if (const Node* machine = root.find("machine")) plan.machine = read_machine(*machine);
     if (const Node* sensor = root.find("sensor")) read_sensor(*sensor, plan);
+    if (const Node* part = root.find("part")) plan.part = read_box(*part, "part");
     const Node* stations = root.find("stations");
-    if (stations == nullptr)
+    const bool may_be_empty = plan.machine.has_value();  // a machine to be used by other plans
+    if (stations == nullptr && !may_be_empty)
       problem(root.mark, "stations", "nothing", "a list of stations");
-    else if (!stations->is_sequence() || stations->items().empty())
+    else if (stations != nullptr && (!stations->is_sequence() || (stations->items().empty() && !may_be_empty)))
       problem(stations->mark, "stations", found(*stations), "a list of at least one station");
-    else
+    else if (stations != nullptr)
       read_stations(*stations, plan);
     return plan;
   }
 
  private:
-  void problem(Mark mark, const std::string& key, const std::string& what, const std::string& allowed,
-               std::string_view nearest = {}) {
-    if (!problems.empty()) problems += '\n';
-    problems += document::place(name_, mark) + ": " + (key.empty() ? "" : key + ": ") + "found " + what + "; allowed " +
-                allowed;
-    if (!nearest.empty()) problems.append("; nearest ").append(nearest);
-  }
-
-  void check_keys(const Node& map, const std::string& prefix, std::span<const std::string_view> keys) {
-    std::string list;
-    for (const std::string_view key : keys) {
-      if (!list.empty()) list += ", ";
-      list += key;
-    }
-    for (const Node::Entry& entry : map.entries()) {
-      if (std::find(keys.begin(), keys.end(), entry.key) != keys.end()) continue;
-      problem(entry.mark, prefix + entry.key, "an unknown key", list, nearest_name(entry.key, keys));
-    }
-  }
-
-  std::string text_of(const Node& node, const std::string& key) {
-    if (node.is_string()) return node.as_string();
-    if (node.is_number() || node.is_bool())
-      return node.text.empty() ? document::to_json(node) : node.text;  // a name may be 007
-    problem(node.mark, key, found(node), "a text");
-    return {};
-  }
-
   void read_units(const Node& node, ScanPlan& plan) {
     std::vector<std::string_view> words;
     for (const Unit& unit : kUnits) words.push_back(unit.word);
@@ -109,42 +77,38 @@ class Reader {
               node.is_string() ? nearest_name(node.as_string(), words) : "");
   }
 
+  void read_camera(const Node& node, ScanPlan& plan) {
+    if (!node.is_map()) return problem(node.mark, "camera", found(node), "a map of intrinsics and depth_scale");
+    check_keys(node, "camera.", kCameraKeys);
+    std::array<double, 4> k{};
+    const Node* intrinsics = node.find("intrinsics");
+    if (intrinsics == nullptr) return problem(node.mark, "camera.intrinsics", "nothing", "[fx, fy, cx, cy] in pixels");
+    if (!read_numbers(*intrinsics, "camera.intrinsics", k)) return;
+    if (k[0] == 0 || k[1] == 0)
+      problem(intrinsics->mark, "camera.intrinsics", "a focal length of 0",
+              "[fx, fy, cx, cy] with fx and fy other than 0");
+    plan.camera = Camera{k[0], k[1], k[2], k[3], 1000};
+    const Node* scale = node.find("depth_scale");
+    if (scale == nullptr) return;
+    if (scale->is_number() && scale->as_number() > 0 && std::isfinite(scale->as_number()))
+      plan.camera->depth_scale = scale->as_number();
+    else
+      problem(scale->mark, "camera.depth_scale", found(*scale), "a number above 0: pixel values per unit of length");
+  }
+
   void read_sensor(const Node& node, ScanPlan& plan) {
     if (!node.is_map()) return problem(node.mark, "sensor", found(node), "a map");
     plan.has_sensor = true;
     std::vector<std::string_view> keys;
     for (const Field& field : Sensor::fields()) keys.push_back(field.name);
+    keys.insert(keys.end(), std::begin(kMountKeys), std::end(kMountKeys));
     check_keys(node, "sensor.", keys);
     for (const Field& field : Sensor::fields())
-      if (const Node* value = node.find(field.name)) read_field(*value, field, plan.sensor);
-  }
-
-  void read_field(const Node& value, const Field& field, Sensor& sensor) {
-    const std::string key = std::string("sensor.").append(field.name);
-    Sensor trial = sensor;
-    const char* wanted = nullptr;
-    if (const auto* real = std::get_if<double* (*)(void*)>(&field.member)) {
-      if (value.is_number())
-        *(*real)(&trial) = value.as_number();
-      else
-        wanted = "a number";
-    } else if (const auto* whole = std::get_if<std::int64_t* (*)(void*)>(&field.member)) {
-      if (value.is_integer())
-        *(*whole)(&trial) = value.as_integer();
-      else
-        wanted = "a whole number";
-    } else if (const auto* flag = std::get_if<bool* (*)(void*)>(&field.member)) {
-      if (value.is_bool())
-        *(*flag)(&trial) = value.as_bool();
-      else
-        wanted = "true or false";
-    }
-    if (wanted != nullptr) return problem(value.mark, key, found(value), wanted);
-    if (!problems_of(std::span<const Field>(&field, 1), &trial).empty())
-      return problem(value.mark, key, found(value),
-                     std::string(field.minimum_excluded ? "(" : "[").append(number_text(field.minimum)) + ", " +
-                         number_text(field.maximum) + "]");
-    sensor = trial;
+      if (const Node* value = node.find(field.name))
+        read_field(*value, std::string("sensor.").append(field.name), field, plan.sensor);
+    if (const Node* frame = node.find("frame")) plan.mount.frame = read_pose(*frame, "sensor.frame");
+    if (const Node* offset = node.find("mount_offset")) plan.mount.offset = read_pose(*offset, "sensor.mount_offset");
+    if (const Node* body = node.find("body")) plan.mount.body = read_box(*body, "sensor.body");
   }
 
   void read_stations(const Node& list, ScanPlan& plan) {
@@ -153,10 +117,10 @@ class Reader {
       const Node& node = list.items()[i];
       const std::string prefix = std::string("stations[").append(std::to_string(i)).append("]");
       if (!node.is_map()) {
-        problem(node.mark, prefix, found(node), "a map with name, pose and data");
+        problem(node.mark, prefix, found(node), "a map with name, a place and data");
         continue;
       }
-      Station station = read_station(node, prefix + ".");
+      Station station = read_station(node, prefix + ".", plan);
       const Node* name = node.find("name");
       if (!station.name.empty() && !names.insert(station.name).second)
         problem(name->mark, prefix + ".name", station.name + ", the name of an earlier station", "a name of its own");
@@ -167,21 +131,97 @@ class Reader {
     }
   }
 
-  Station read_station(const Node& node, const std::string& prefix) {
+  Station read_station(const Node& node, const std::string& prefix, const ScanPlan& plan) {
     Station station;
     check_keys(node, prefix, kStationKeys);
     const Node* name = node.find("name");
     if (name != nullptr) station.name = text_of(*name, prefix + "name");
     if (name == nullptr || (name->is_string() && station.name.empty()))
       problem(name == nullptr ? node.mark : name->mark, prefix + "name", "nothing", "a name");
-    const Node* pose = node.find("pose");
-    if (pose == nullptr)
-      problem(node.mark, prefix + "pose", "nothing", "matrix, quaternion with translation, or eye with target");
-    else
-      station.pose = without_negative_zeros(read_pose(*pose, prefix + "pose"));
+    const Node *pose = node.find("pose"), *counts = node.find("counts"), *joints = node.find("joints"),
+               *target = node.find("target");
+    if (pose == nullptr && counts == nullptr && joints == nullptr && target == nullptr)
+      problem(
+          node.mark, prefix + "pose", "nothing",
+          "pose (matrix, quaternion or rotation_deg with translation, or eye with target), counts, joints or target");
+    if (pose != nullptr) station.given_pose = read_pose(*pose, prefix + "pose");
+    if (target != nullptr) station.target = read_target(*target, prefix + "target");
+    if (counts != nullptr) read_joint_values(*counts, prefix + "counts", plan, station, true);
+    if (joints != nullptr) read_joint_values(*joints, prefix + "joints", plan, station, false);
     if (const Node* data = node.find("data")) read_data(*data, prefix + "data", station);
+    if (const Node* via = node.find("via")) {
+      if (!via->is_bool())
+        problem(via->mark, prefix + "via", found(*via), "true or false");
+      else if (via->as_bool() && !station.data.empty())
+        problem(via->mark, prefix + "via", "true beside data", "no data at a place that is only passed");
+      else
+        station.via = via->as_bool();
+    }
     if (const Node* sha = node.find("sha256")) read_sha256(*sha, prefix + "sha256", station);
     return station;
+  }
+
+  /// A map from joint names to numbers; every joint of the machine has one, or for counts every one that is counted.
+  void read_joint_values(const Node& node, const std::string& key, const ScanPlan& plan, Station& station,
+                         bool are_counts) {
+    if (!plan.machine) return problem(node.mark, key, "them without a machine", "them beside machine only");
+    const std::vector<Joint>& joints = plan.machine->joints;
+    std::vector<std::string_view> names;
+    for (const Joint& joint : joints) names.push_back(joint.name);
+    if (!node.is_map()) return problem(node.mark, key, found(node), "a map of " + document::joined(names));
+    check_keys(node, key + ".", names);
+    std::vector<double> values(joints.size(), 0);
+    std::vector<std::int64_t> counts(joints.size(), 0);
+    for (std::size_t i = 0; i < joints.size(); ++i) {
+      const Node* value = node.find(joints[i].name);
+      const std::string name = key + "." + joints[i].name;
+      const bool counted = counts_per_turn(joints[i]) > 0;
+      if (value == nullptr && (!are_counts || counted))
+        problem(node.mark, name, "nothing", are_counts ? "a whole number" : "a number");
+      else if (value != nullptr && are_counts && !counted)
+        problem(value->mark, name, found(*value),
+                "no counts: machine.joints says neither counts_per_rev nor steps_per_rev of " + joints[i].name);
+      else if (value != nullptr && are_counts && (!value->is_integer() || std::abs(value->as_number()) > 0x1p53))
+        problem(value->mark, name, found(*value), "a whole number");
+      else if (value != nullptr && (!value->is_number() || !std::isfinite(value->as_number())))
+        problem(value->mark, name, found(*value), "a number");
+      else if (value != nullptr && !are_counts && std::abs(value->as_number()) > 1e7)
+        problem(value->mark, name, found(*value), "[-1e+07, 1e+07]");
+      else if (value != nullptr && are_counts)
+        counts[i] = value->as_integer();
+      else if (value != nullptr)
+        values[i] = value->as_number();
+    }
+    if (are_counts)
+      station.counts = std::move(counts);
+    else
+      station.joints = std::move(values);
+  }
+
+  Target read_target(const Node& node, const std::string& key) {
+    Target target{{}, {0, 0, 1}, {}};
+    if (!node.is_map()) return problem(node.mark, key, found(node), "a map of point and normal"), target;
+    check_keys(node, key + ".", kTargetKeys);
+    for (const std::string_view name : {"point", "normal"}) {
+      const Node* value = node.find(name);
+      Vec3& vector = name == "point" ? target.point : target.normal;
+      const std::string place = key + "." + std::string(name);
+      if (value == nullptr)
+        problem(node.mark, place, "nothing", "a list of 3 finite numbers");
+      else if (read_vector(*value, place, vector) && name == "normal") {
+        if (!(norm2(vector) > 0))
+          problem(value->mark, place, "no direction", "the outward normal of the surface");
+        else if (std::abs(norm2(vector) - 1) > 1e-15)
+          vector = unit(vector);
+      }
+    }
+    if (const Node* value = node.find("stand_off_mm")) {
+      if (value->is_number() && value->as_number() > 0 && value->as_number() <= 1e6)
+        target.stand_off_mm = value->as_number();
+      else
+        problem(value->mark, key + ".stand_off_mm", found(*value), "(0, 1e+06]");
+    }
+    return target;
   }
 
   void read_data(const Node& node, const std::string& key, Station& station) {
@@ -200,89 +240,32 @@ class Reader {
       return problem(node.mark, key, found(node), "64 hexadecimal digits");
     station.sha256 = hex;
   }
-
-  /// N finite numbers; false with a problem noted otherwise.
-  template <std::size_t N>
-  bool read_numbers(const Node& node, const std::string& key, std::array<double, N>& out) {
-    bool good = node.is_sequence() && node.items().size() == N;
-    for (std::size_t i = 0; good && i < N; ++i) {
-      good = node.items()[i].is_number() && std::isfinite(node.items()[i].as_number());
-      if (good) out[i] = node.items()[i].as_number();
-    }
-    if (good) return true;
-    std::string what = found(node);
-    if (node.is_sequence()) {
-      what = std::string("a list of ").append(std::to_string(node.items().size())).append(" values");
-      for (const Node& item : node.items())
-        if (!item.is_number() || !std::isfinite(item.as_number())) {
-          what.append(", among them ").append(found(item));
-          break;
-        }
-    }
-    problem(node.mark, key, what, std::string("a list of ").append(std::to_string(N)).append(" finite numbers"));
-    return false;
-  }
-
-  Pose read_pose(const Node& node, const std::string& key) {
-    const std::string forms = "matrix, quaternion with translation, or eye with target (and up)";
-    if (!node.is_map()) return problem(node.mark, key, found(node), forms), Pose{};
-    check_keys(node, key + ".", kPoseKeys);
-    const int given =
-        (node.find("matrix") != nullptr) + (node.find("quaternion") != nullptr) + (node.find("eye") != nullptr);
-    if (given != 1)
-      return problem(node.mark, key, given == 0 ? "none of them" : "more than one of them", forms), Pose{};
-    if (const Node* matrix = node.find("matrix")) return read_matrix(*matrix, key + ".matrix");
-    if (const Node* quaternion = node.find("quaternion")) return read_quaternion(node, *quaternion, key);
-    return read_eye(node, key);
-  }
-
-  Pose read_matrix(const Node& node, const std::string& key) {
-    std::array<double, 16> m{};
-    if (!read_numbers(node, key, m)) return {};
-    const auto pose = pose_from_matrix(m);
-    if (!pose.ok()) return problem(node.mark, key, pose.error().message, "a row-major rigid 4x4 matrix"), Pose{};
-    // A rotation that is right to rounding is kept as written: taking it apart again would move its last bits.
-    Pose verbatim;
-    verbatim.rotation = {m[0], m[1], m[2], m[4], m[5], m[6], m[8], m[9], m[10]};
-    verbatim.translation = pose->translation;
-    double off = 0;
-    for (std::size_t i = 0; i < 9; ++i) off = std::max(off, std::abs(verbatim.rotation[i] - pose->rotation[i]));
-    return off <= 1e-14 ? verbatim : *pose;
-  }
-
-  Pose read_quaternion(const Node& node, const Node& quaternion, const std::string& key) {
-    std::array<double, 4> q{};
-    std::array<double, 3> t{};
-    const Node* translation = node.find("translation");
-    bool good = read_numbers(quaternion, key + ".quaternion", q);
-    if (translation == nullptr)
-      problem(node.mark, key + ".translation", "nothing", "a list of 3 finite numbers");
-    else
-      good &= read_numbers(*translation, key + ".translation", t);
-    if (!good || translation == nullptr) return {};
-    const auto pose = pose_from_quaternion(q[0], q[1], q[2], q[3], {t[0], t[1], t[2]});
-    if (!pose.ok())
-      return problem(quaternion.mark, key + ".quaternion", pose.error().message, "x, y, z, w not all zero"), Pose{};
-    return *pose;
-  }
-
-  Pose read_eye(const Node& node, const std::string& key) {
-    std::array<double, 3> eye{}, target{}, up{0, 0, 1};
-    const Node* target_node = node.find("target");
-    bool good = read_numbers(*node.find("eye"), key + ".eye", eye);
-    if (target_node == nullptr)
-      problem(node.mark, key + ".target", "nothing", "a list of 3 finite numbers");
-    else
-      good &= read_numbers(*target_node, key + ".target", target);
-    if (const Node* up_node = node.find("up")) good &= read_numbers(*up_node, key + ".up", up);
-    if (!good || target_node == nullptr) return {};
-    if (eye == target)
-      return problem(target_node->mark, key + ".target", "the same place as eye", "another place than eye"), Pose{};
-    return pose_looking_at({eye[0], eye[1], eye[2]}, {target[0], target[1], target[2]}, {up[0], up[1], up[2]});
-  }
-
-  const std::string& name_;
 };
+
+Node station_node(const Station& station, const std::optional<Machine>& machine) {
+  Node node = Node::map();
+  node.set("name", station.name);
+  const auto by_joint = [&](const char* key, const auto& values, bool counted_only) {
+    Node& map = node.set(key, Node::map());
+    for (std::size_t i = 0; i < values.size(); ++i)
+      if (!counted_only || counts_per_turn(machine->joints[i]) > 0) map.set(machine->joints[i].name, values[i]);
+  };
+  if (station.counts && machine) by_joint("counts", *station.counts, true);
+  if (station.joints && machine) by_joint("joints", *station.joints, false);
+  if (station.given_pose) node.set("pose", pose_node(*station.given_pose));
+  if (!station.given_pose && !station.counts && !station.joints && !station.target)
+    node.set("pose", pose_node(station.pose));
+  if (station.target) {
+    Node& target = node.set("target", Node::map());
+    target.set("point", triple(station.target->point));
+    target.set("normal", triple(station.target->normal));
+    if (station.target->stand_off_mm) target.set("stand_off_mm", *station.target->stand_off_mm);
+  }
+  if (station.via) node.set("via", true);
+  if (!station.data.empty()) node.set("data", station.data);
+  if (station.sha256) node.set("sha256", *station.sha256);
+  return node;
+}
 
 }  // namespace
 
@@ -296,6 +279,7 @@ Result<ScanPlan> plan_from(const Node& root, const std::string& name) {
   Reader reader(name);
   ScanPlan plan = reader.read(root);
   if (!reader.problems.empty()) return fail(Code::BadParameter, reader.problems);
+  place_stations(plan);
   return plan;
 }
 
@@ -305,29 +289,26 @@ Node to_document(const ScanPlan& plan) {
   if (!plan.name.empty()) root.set("name", plan.name);
   for (const Unit& unit : kUnits)
     if (unit.mm == plan.units_mm) root.set("units", unit.word);
-  if (plan.has_sensor) {
-    Sensor sensor = plan.sensor;
-    Node& node = root.set("sensor", Node::map());
-    for (const Field& field : Sensor::fields()) {
-      if (const auto* real = std::get_if<double* (*)(void*)>(&field.member))
-        node.set(field.name, *(*real)(&sensor));
-      else if (const auto* whole = std::get_if<std::int64_t* (*)(void*)>(&field.member))
-        node.set(field.name, *(*whole)(&sensor));
-      else if (const auto* flag = std::get_if<bool* (*)(void*)>(&field.member))
-        node.set(field.name, *(*flag)(&sensor));
-    }
+  if (plan.left_handed) root.set("handedness", "left");
+  if (plan.camera) {
+    Node intrinsics = Node::sequence();
+    for (const double value : {plan.camera->fx, plan.camera->fy, plan.camera->cx, plan.camera->cy})
+      intrinsics.push(value);
+    Node& camera = root.set("camera", Node::map());
+    camera.set("intrinsics", std::move(intrinsics));
+    camera.set("depth_scale", plan.camera->depth_scale);
   }
+  if (plan.machine) root.set("machine", machine_node(*plan.machine));
+  const bool mounted = !(plan.mount.frame == Pose{}) || !(plan.mount.offset == Pose{}) || plan.mount.body;
+  if (plan.has_sensor || mounted) {
+    Node& node = root.set("sensor", document::fields_to_document(Sensor::fields(), &plan.sensor));
+    if (!(plan.mount.frame == Pose{})) node.set("frame", pose_node(plan.mount.frame));
+    if (!(plan.mount.offset == Pose{})) node.set("mount_offset", pose_node(plan.mount.offset));
+    if (plan.mount.body) node.set("body", box_node(*plan.mount.body));
+  }
+  if (plan.part) root.set("part", box_node(*plan.part));
   Node& stations = root.set("stations", Node::sequence());
-  for (const Station& station : plan.stations) {
-    Node node = Node::map();
-    node.set("name", station.name);
-    Node matrix = Node::sequence();
-    for (const double value : station.pose.matrix()) matrix.push(value);
-    node.set("pose", Node::map()).set("matrix", std::move(matrix));
-    if (!station.data.empty()) node.set("data", station.data);
-    if (station.sha256) node.set("sha256", *station.sha256);
-    stations.push(std::move(node));
-  }
+  for (const Station& station : plan.stations) stations.push(station_node(station, plan.machine));
   return root;
 }
 

@@ -173,7 +173,7 @@ class FacePainter {
     const Surface& s = d_.surface;
     look.base = back ? s.back : s.front;
     if (s.paint == Surface::Paint::Patches && !back && t < d_.mesh->patch.size())
-      look.base = patch_colour(d_.mesh->patch[t]);
+      look.base = d_.mesh->patch[t] < s.colours.size() ? s.colours[d_.mesh->patch[t]] : patch_colour(d_.mesh->patch[t]);
     const Vec3 flat = flat_normal(v);
     for (std::size_t k = 0; k < 3; ++k) {
       Vec3 n = d_.normals[v[k]];

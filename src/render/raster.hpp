@@ -43,6 +43,7 @@ struct Surface {
   Rgb front, back;
   double wire_share = 0;          // 0: no edges drawn; 1: in full ink
   std::span<const double> error;  // per vertex, in units of the scale's range; Paint::Error
+  std::span<const Rgb> colours;   // per patch number, in place of patch_colour; Paint::Patches
 };
 
 struct Drawing {

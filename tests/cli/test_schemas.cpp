@@ -10,6 +10,7 @@
 #include "cli/pipeline_work.hpp"
 #include "cli/schemas.hpp"
 #include "pipeline/bench_report.hpp"
+#include "plan/plan.hpp"
 #include "runner/job.hpp"
 #include "runner/run_report.hpp"
 
@@ -48,6 +49,26 @@ document::Node example(const std::string& name) {
 Result<runner::Job> checked(const std::string& name) {
   const cli::PipelineWork work;
   return runner::job_from(slurp(kSchemas + "examples/" + name), name, {}, work);
+}
+
+TEST(ReplaySchema, TellsTheExamplesApart) {
+  EXPECT_EQ(judge("replay.schema.json", example("replay.valid.json")), 0);
+  EXPECT_EQ(judge("replay.schema.json", example("replay.invalid.json")), 1);
+}
+
+TEST(PlanSchema, TakesTheMachinesOfJobs) {
+  for (const char* name : {"bradley", "turntable", "gantry", "fixed"}) {
+    const std::string path = SCANMILL_SOURCE "/jobs/machines/" + std::string(name) + ".yaml";
+    const auto tree = document::parse_yaml(slurp(path), path);
+    ASSERT_TRUE(tree.ok()) << tree.error().text();
+    EXPECT_EQ(judge("plan.schema.json", *tree), 0) << name;
+    const auto plan = plan::plan_from(*tree, path);
+    ASSERT_TRUE(plan.ok()) << plan.error().text();
+    EXPECT_EQ(judge("plan.schema.json", plan::to_document(*plan)), 0) << name;
+    document::Node wrong = *tree;
+    wrong.find("machine")->set("joint", 1);
+    EXPECT_EQ(judge("plan.schema.json", wrong), 1) << name;
+  }
 }
 
 TEST(JobSchema, FileIsWhatTheTablesSay) {

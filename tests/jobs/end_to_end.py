@@ -155,14 +155,14 @@ def bad_files_are_named_and_the_others_go_on(work):
     for name, data in bad.items():
         open(f"{work}/a/{name}", "wb").write(data)
     shutil.copytree(f"{work}/a/sphere", f"{work}/a/hole")
-    os.remove(f"{work}/a/hole/s3.ply")  # a missing view is a note, the scan goes on
+    os.remove(f"{work}/a/hole/s3.ply")  # a plan says what its scan is made of: without a view it fails
     text = run("run", write_job(f"{work}/job.yaml", "a"), "--out", f"{work}/o", want=3)
     for name in bad:
         lines = [line for line in text.splitlines() if name in line]
         assert lines, f"no line names {name}:\n{text}"
     assert "s3.ply" in text, text
-    assert sorted(os.path.dirname(p) for p in results(f"{work}/o") if p.endswith(".h5")) == ["scans/hole/plan", "scans/sphere/plan"]
-    assert "6 failed" in text.splitlines()[-1] and "exit 3" in text.splitlines()[-1], text
+    assert sorted(os.path.dirname(p) for p in results(f"{work}/o") if p.endswith(".h5")) == ["scans/sphere/plan"]
+    assert "7 failed" in text.splitlines()[-1] and "exit 3" in text.splitlines()[-1], text
     no_leftovers(f"{work}/o")
     missing = run("mesh", f"{work}/nothere.ply", "--bin-mm", "1", "-o", f"{work}/x.stl", want=3)
     assert "nothere.ply" in missing and not os.path.exists(f"{work}/x.stl"), missing

@@ -127,9 +127,27 @@ TEST(Discover, GivesFilesOfAPlanToIt) {
   EXPECT_EQ(scan.views[2].path, "part/views/b.ply");
   EXPECT_EQ(*scan.views[2].view_point.direction, (Vec3{0, 0, -1}));
   EXPECT_FALSE(scan.views[2].view_point.eye.has_value());
-  EXPECT_TRUE(has_note(scan.notes, "part/none.ply"));
   EXPECT_TRUE(has_note(scan.notes, "station d"));
-  EXPECT_TRUE(scan.broken.empty());
+  // A plan says what the scan is made of: it is not made of what happens to be there.
+  EXPECT_NE(scan.broken.find("part/plan.yaml: station c: the file part/none.ply is not there"), std::string::npos)
+      << scan.broken;
+}
+
+TEST(Discover, JudgesThePlacesOfAPlanOnItsMachine) {
+  const std::string machine =
+      "scanmill_plan: 1\nmachine: {joints: [{name: x, type: linear, axis: [1, 0, 0], limits: [0, 10], lead_mm: 5, "
+      "counts_per_rev: 2000}]}\nstations:\n";
+  const TempFolder folder;
+  folder.write("far.yaml", machine + "  - {name: a, joints: {x: 11}, data: a.ply}\n");
+  folder.write("near.yaml", machine + "  - {name: b, counts: {x: 400}, joints: {x: 2}, data: b.ply}\n");
+  folder.write("a.ply", kPly);
+  folder.write("b.ply", kPly);
+  const auto found = discover(folder.path(), false);
+  EXPECT_EQ(scan_of(*found, "far").broken, "far.yaml: station a: joint x at 11 mm is beyond its limit of 10 mm");
+  const ScanSpec& near = scan_of(*found, "near");
+  EXPECT_EQ(near.broken, "");
+  EXPECT_EQ(near.views[0].pose.translation, (Vec3{1, 0, 0}));
+  EXPECT_TRUE(has_note(near.notes, "its counts say 1, 1 mm off"));
 }
 
 TEST(Discover, KeepsABrokenPlanAsABrokenScanWithItsFiles) {

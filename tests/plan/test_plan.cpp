@@ -48,12 +48,13 @@ TEST(PlanFrom, ListsEveryProblemOfTheInvalidExample) {
   EXPECT_EQ(plan.error().code, Code::BadParameter);
   EXPECT_EQ(
       plan.error().text(),
-      "plan.yaml:2:1: unit: found an unknown key; allowed scanmill_plan, name, units, sensor, stations; nearest units\n"
+      "plan.yaml:2:1: unit: found an unknown key; allowed scanmill_plan, name, units, handedness, camera, machine, "
+      "sensor, part, stations; nearest units\n"
       "plan.yaml:1:16: scanmill_plan: found 2; allowed 1\n"
       "plan.yaml:3:8: units: found metres; allowed mm, cm, m, in, um\n"
       "plan.yaml:5:3: sensor.pixel_x: found an unknown key; allowed pixels_x, pixels_y, field_x_mm, field_y_mm, "
       "stand_off_mm, "
-      "depth_mm, noise_mm, max_incidence_deg, perspective; nearest pixels_x\n"
+      "depth_mm, noise_mm, max_incidence_deg, perspective, frame, mount_offset, body; nearest pixels_x\n"
       "plan.yaml:6:13: sensor.depth_mm: found 0; allowed (0, 1e+06]\n"
       "plan.yaml:9:20: stations[0].pose.matrix: found a list of 3 values; allowed a list of 16 finite numbers\n"
       "plan.yaml:10:11: stations[0].data: found ../front.ply; allowed a file inside the folder of the plan\n"
@@ -114,7 +115,7 @@ TEST(PlanSchema, KnowsTheSameKeysAsTheReader) {
   const auto schema = document::parse_json(read_file("plan.schema.json"), "plan.schema.json");
   ASSERT_TRUE(schema.ok()) << schema.error().text();
   const document::Node* sensor = schema->find("properties")->find("sensor")->find("properties");
-  ASSERT_EQ(sensor->entries().size(), Sensor::fields().size());
+  ASSERT_EQ(sensor->entries().size(), Sensor::fields().size() + 3);  // frame, mount_offset, body
   for (const Field& field : Sensor::fields()) {
     const document::Node* row = sensor->find(field.name);
     ASSERT_NE(row, nullptr) << field.name;
@@ -124,6 +125,12 @@ TEST(PlanSchema, KnowsTheSameKeysAsTheReader) {
       EXPECT_EQ(row->find("maximum")->as_number(), field.maximum) << field.name;
     }
   }
+  const document::Node* joint = schema->find("definitions")->find("joint")->find("properties");
+  ASSERT_EQ(joint->entries().size(), Joint::fields().size() + 4);  // name, axis, origin, limits
+  for (const Field& field : Joint::fields()) EXPECT_NE(joint->find(field.name), nullptr) << field.name;
+  const document::Node* machine = schema->find("properties")->find("machine")->find("properties");
+  ASSERT_EQ(machine->entries().size(), Machine::fields().size() + 4);  // name, joints, part_frame, keep_out
+  for (const Field& field : Machine::fields()) EXPECT_NE(machine->find(field.name), nullptr) << field.name;
   // Every key of the schema is one the reader knows: a plan that uses it wrongly is not told "unknown key".
   for (const auto& entry : schema->find("properties")->entries()) {
     const auto plan = plan_of(entry.key + ": {}\n");
