@@ -48,7 +48,8 @@ struct Options {
   pipeline::PictureChoice picture;
   pipeline::BenchChoice timing;
   std::uint64_t seed = 1;
-  bool as_is = false, as_points = false, ascii = false;
+  bool as_is = false, as_points = false;
+  pipeline::MeshForm form;
 
   const StageOptions& stage(const std::string& command) const {
     return command == "reduce"     ? reduce
@@ -131,11 +132,12 @@ void add_tool_commands(CLI::App& app, Options& options) {
   info.add_option("file", options.input, "Cloud file, .conf file, scan plan or mesh.")->required();
   options.info.add_to(info, {""});
   CLI::App& convert =
-      command(app, options, "convert", "A cloud, posed, in mm, as float64 PLY; or a mesh as STL, PLY or OBJ.");
+      command(app, options, "convert", "A cloud, posed, in mm, as float64 PLY; or a mesh as STL, PLY, OBJ or IGES.");
   convert.add_option("file", options.input, "Cloud file, .conf file, scan plan or mesh.")->required();
   convert.add_option("output", options.output, "File to write; its suffix says what.")->required();
   convert.add_flag("--points", options.as_points, "Take the vertices of a mesh as a cloud.");
-  convert.add_flag("--ascii", options.ascii, "STL as text.");
+  convert.add_flag("--ascii", options.form.ascii, "STL as text.");
+  convert.add_option("--style", options.form.style, "IGES: brep (default), trimmed, patches or wire.");
   options.cloud.add_to(convert, {""});
   CLI::App& simulate =
       command(app, options, "simulate", "Views of a built-in object from the stations of a scan plan.");
@@ -222,7 +224,7 @@ Result<pipeline::ToolReport> run_stage(const std::string& name, const Options& o
   if (name == "info")
     return is_mesh ? pipeline::mesh_info(o.input, what, context, progress)
                    : pipeline::cloud_info(o.input, what, context, progress);
-  return is_mesh && !o.as_points ? pipeline::convert_mesh(o.input, what, o.ascii, o.output, context, progress)
+  return is_mesh && !o.as_points ? pipeline::convert_mesh(o.input, what, o.form, o.output, context, progress)
                                  : pipeline::convert_cloud(o.input, what, o.output, context, progress);
 }
 

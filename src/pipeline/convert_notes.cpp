@@ -6,6 +6,7 @@
 
 #include "base/text.hpp"
 #include "formats/probe.hpp"
+#include "pipeline/outputs_key.hpp"
 
 namespace scanmill::pipeline {
 namespace {
@@ -49,11 +50,11 @@ std::uint64_t unused_vertices(const formats::MeshFile& mesh) {
 }  // namespace
 
 Result<ConvertTarget> convert_target_of(const std::string& path, bool as_points, bool ascii) {
-  static constexpr std::string_view kWritten[] = {"stl", "obj", "ply"};
   const std::string suffix = formats::suffix_of(path);
-  if (std::find(std::begin(kWritten), std::end(kWritten), suffix) == std::end(kWritten)) {
-    std::string sentence = "found the suffix \"" + suffix + "\"; allowed stl, obj, ply";
-    const std::string_view nearest = nearest_name(suffix, kWritten);
+  const std::span<const std::string_view> written = mesh_suffixes();
+  if (std::find(written.begin(), written.end(), suffix) == written.end()) {
+    std::string sentence = "found the suffix \"" + suffix + "\"; allowed " + document::joined(written);
+    const std::string_view nearest = nearest_name(suffix, written);
     if (!nearest.empty()) sentence += "; nearest " + std::string(nearest);
     return fail(Code::BadUsage, std::move(sentence), path);
   }
@@ -63,6 +64,7 @@ Result<ConvertTarget> convert_target_of(const std::string& path, bool as_points,
                 path);
   }
   if (suffix == "stl") return ascii ? ConvertTarget::StlAscii : ConvertTarget::StlBinary;
+  if (format_of_suffix(suffix) == "iges") return ConvertTarget::Iges;
   return suffix == "obj" ? ConvertTarget::Obj : ConvertTarget::PlyMesh;
 }
 

@@ -183,10 +183,6 @@ Node creases_node(const optimise::Creases& creases) {
   return node;
 }
 
-Output output_of(const std::string& path, bool ascii) {
-  return {std::filesystem::path(path).extension().string().substr(1), ascii};
-}
-
 Node side_node(const verify::Side& side) {
   auto deviation = [](const verify::Deviation& d) {
     Node node = Node::map();
@@ -235,6 +231,19 @@ Result<Enum> word_of(const std::string& word, std::span<const std::string_view> 
   return fail(Code::BadUsage, sentence, std::string("command line: ") + option);
 }
 
+/// `style` empty: the format's default.
+Result<Output> output_of(const std::string& path, bool ascii, const std::string& style = {}) {
+  Output output{std::string(format_of_suffix(formats::suffix_of(path))), ascii};
+  const auto styles = styles_of(output.format);
+  if (!styles.empty()) output.style = styles[0];
+  if (style.empty()) return output;
+  if (styles.empty())
+    return fail(Code::BadUsage, "found '" + style + "'; " + output.format + " has no styles", "command line: --style");
+  TRY(word_of<std::int32_t>(style, styles, "--style"));
+  output.style = style;
+  return output;
+}
+
 }  // namespace
 
 Result<bool> is_mesh_file(const std::string& path) {
@@ -254,7 +263,8 @@ Result<ToolReport> optimise_file(const std::string& input, const What& what, con
   const double range = what.lattice.bin_mm ? what.grow.range_bins * *what.lattice.bin_mm : longest_edge(loaded.mesh);
   const optimise::Limits limits{range, cos_of_degrees(what.grow.min_angle_deg)};
   TRY_ASSIGN(const optimise::Report swaps, optimise::optimise(loaded.mesh, what.optimise, limits, context));
-  TRY_ASSIGN(const WrittenFile written, write_mesh_file(loaded.mesh, output_of(output, false), {}, output));
+  TRY_ASSIGN(const Output form, output_of(output, false));
+  TRY_ASSIGN(const WrittenFile written, write_mesh_file(loaded.mesh, form, {}, output));
   ToolReport report;
   report.values.set("file", output);
   report.values.set("sha256", written.sha256);
@@ -337,10 +347,11 @@ Result<ToolReport> mesh_info(const std::string& input, const What& what, const C
   return report;
 }
 
-Result<ToolReport> convert_mesh(const std::string& input, const What& what, bool ascii, const std::string& output,
-                                const Context&, Progress& progress) {
-  TRY_ASSIGN(const ConvertTarget target, convert_target_of(output, false, ascii));
-  TRY(check_output(output, {".stl", ".ply", ".obj"}, {input}));
+Result<ToolReport> convert_mesh(const std::string& input, const What& what, const MeshForm& form,
+                                const std::string& output, const Context&, Progress& progress) {
+  TRY_ASSIGN(const ConvertTarget target, convert_target_of(output, false, form.ascii));
+  TRY(check_output(output, {".stl", ".ply", ".obj", ".igs", ".iges"}, {input}));
+  TRY_ASSIGN(const Output wanted, output_of(output, form.ascii, form.style));
   TRY_ASSIGN(const LoadedMesh loaded, load_mesh(input, what));
   progress.stage("convert", 0, 0);
   VertexErrors errors;
@@ -348,11 +359,11 @@ Result<ToolReport> convert_mesh(const std::string& input, const What& what, bool
   for (const double error : loaded.file.error_rms) errors.rms_mm.push_back(static_cast<float>(error));
   Mesh mesh = loaded.mesh;
   // Float32 formats hold rounded coordinates; the loss is told below.
-  if (target != ConvertTarget::Obj)
+  if (target != ConvertTarget::Obj && target != ConvertTarget::Iges)
     for (Vec3& p : mesh.positions)
       p = {static_cast<double>(static_cast<float>(p.x)), static_cast<double>(static_cast<float>(p.y)),
            static_cast<double>(static_cast<float>(p.z))};
-  TRY_ASSIGN(const WrittenFile written, write_mesh_file(mesh, output_of(output, ascii), errors, output));
+  TRY_ASSIGN(const WrittenFile written, write_mesh_file(mesh, wanted, errors, output));
   ToolReport report;
   report.values.set("file", output);
   report.values.set("sha256", written.sha256);
@@ -360,6 +371,7 @@ Result<ToolReport> convert_mesh(const std::string& input, const What& what, bool
   report.values.set("triangles", static_cast<std::uint64_t>(mesh.triangles.size()));
   std::vector<std::string> notes = conversion_losses(loaded.file, target, what.units_mm);
   notes.insert(notes.begin(), loaded.file.notes.begin(), loaded.file.notes.end());
+  notes.insert(notes.end(), written.notes.begin(), written.notes.end());
   if (!notes.empty()) report.values.set("notes", texts(notes));
   return report;
 }

@@ -73,7 +73,7 @@ void add_notes(const MeshedSurface& surface, const reduce::Report& report, const
 
 std::vector<std::pair<std::string, std::string>> stage_versions() {
   return {{"read", "2"}, {"clean", "1"},    {"reduce", "2"}, {"stars", "1"},  {"front", "1"},  {"merge", "1"},
-          {"grow", "1"}, {"optimise", "1"}, {"verify", "1"}, {"export", "2"}, {"record", "4"}, {"report", "2"}};
+          {"grow", "1"}, {"optimise", "1"}, {"verify", "1"}, {"export", "3"}, {"record", "4"}, {"report", "2"}};
 }
 
 Result<std::string> fingerprint_of(const std::string& archive, const ScanSpec& scan, const What& what,
@@ -146,8 +146,9 @@ Result<ScanResult> run_scan(const std::string& archive, const ScanSpec& scan, co
 
   progress.stage("write", 0, 0);
   for (const Output& output : what.outputs) {
-    TRY_ASSIGN(WrittenFile file,
-               write_mesh_file(surface.mesh, output, vertex_errors(all.fit), folder + "/mesh." + output.format));
+    TRY_ASSIGN(WrittenFile file, write_mesh_file(surface.mesh, output, vertex_errors(all.fit),
+                                                 folder + "/" + file_name_of(output), all.reduction.report.bin_mm));
+    result.notes.insert(result.notes.end(), file.notes.begin(), file.notes.end());
     all.outputs.push_back(std::move(file));
   }
   clock.lap("export");

@@ -20,6 +20,7 @@ struct WrittenFile {
   std::string name;  // in the scan's folder
   std::uint64_t bytes = 0;
   std::string sha256;
+  std::vector<std::string> notes{};  // what its reader should know
 };
 
 struct ScanResults {

@@ -58,32 +58,6 @@ Node seeds_schema() {
   return schema;
 }
 
-Node outputs_schema() {
-  Node words = Node::sequence();
-  for (const std::string_view word : output_words()) words.push(word);
-  Node item = Node::map();
-  item.set("enum", std::move(words));
-  Node ascii = Node::map();
-  ascii.set("description", "As text, ten times as large.");
-  ascii.set("type", "boolean");
-  Node options = Node::map();
-  options.set("type", "object");
-  options.set("properties", Node::map()).set("ascii", std::move(ascii));
-  options.set("additionalProperties", false);
-  Node with_options = Node::map();
-  with_options.set("type", "object");
-  with_options.set("properties", Node::map()).set("stl", std::move(options));
-  with_options.set("additionalProperties", false);
-  with_options.set("minProperties", 1);
-  Node schema = Node::map();
-  schema.set("description", "Mesh files to write beside record, report and pictures; an entry may carry options.");
-  schema.set("type", "array");
-  schema.set("items", any_of({item, with_options}));
-  schema.set("minItems", 1);
-  schema.set("uniqueItems", true);
-  return schema;
-}
-
 }  // namespace
 
 Node what_schema() {

@@ -47,7 +47,7 @@ TEST(WhatFrom, ProfilePaperSetsItsRulesAndSingleKeysOverride) {
 TEST(WhatFrom, ReportsEveryProblemWithPlaceAllowedAndNearest) {
   const std::string text = error_of(
       "lattice:\n  bin_m: 1\ngrow: {range_bins: 2.6, engine: star, min_angle_deg: five}\nunits: mn\nprofile: papr\n"
-      "outputs: [iges, stll]\nreduce: 7\nmerge: {fill_holes_up_to_bins: 2}\n");
+      "outputs: [dxf, stll]\nreduce: 7\nmerge: {fill_holes_up_to_bins: 2}\n");
   for (const char* line :
        {"job.yaml:2:3: lattice.bin_m: unknown key; allowed bin_mm, target_points, target_bins, origin; nearest bin_mm",
         "job.yaml:2:3: lattice: found no bin size", "job.yaml:3:20: grow.range_bins: found 2.6; allowed (0, 2.5]",
@@ -55,8 +55,8 @@ TEST(WhatFrom, ReportsEveryProblemWithPlaceAllowedAndNearest) {
         "grow.min_angle_deg: found five; allowed a number in [0, 45]",
         "job.yaml:4:8: units: found mn; allowed mm, cm, m, um, in; nearest mm",
         "profile: found papr; allowed scan, paper; nearest paper",
-        "outputs: found iges; not written by this version; allowed stl, ply, obj",
-        "outputs: found stll; allowed stl, ply, obj; nearest stl", "reduce: found 7; allowed a map of representative",
+        "outputs: found dxf; not written by this version; allowed stl, ply, obj, iges",
+        "outputs: found stll; allowed stl, ply, obj, iges; nearest stl", "reduce: found 7; allowed a map of representative",
         "merge.fill_holes_up_to_bins: not in this version"})
     EXPECT_NE(text.find(line), std::string::npos) << line << "\nin\n" << text;
   EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 10) << text;
@@ -69,6 +69,22 @@ TEST(WhatFrom, BinSizesAndNormalLimitsExcludeEachOther) {
       std::string::npos);
   EXPECT_TRUE(what("lattice: {bin_mm: off, target_bins: 3000}\n").ok());
   EXPECT_TRUE(what_from(document::Node::map(), "x", false).ok());
+}
+
+TEST(WhatFrom, OutputsTakeTheirStyleAndKeepIt) {
+  const auto w = what("lattice: {bin_mm: 1}\noutputs: [stl, {iges: {style: wire}}]\n");
+  ASSERT_TRUE(w.ok()) << w.error().text();
+  EXPECT_EQ(w->outputs, (std::vector<Output>{{"stl", false, ""}, {"iges", false, "wire"}}));
+  EXPECT_EQ(file_name_of(w->outputs[1]), "mesh.igs");
+  const std::string tree = document::to_canonical_json(to_document(*w));
+  EXPECT_NE(tree.find(R"("outputs":["stl",{"iges":{"style":"wire"}}])"), std::string::npos) << tree;
+  EXPECT_EQ(what("lattice: {bin_mm: 1}\noutputs: [iges]\n")->outputs[0].style, "brep") << "the default is written out";
+  const std::string text =
+      error_of("lattice: {bin_mm: 1}\noutputs: [{iges: {style: brp}}, {iges: {stile: wire}}, {ply: {style: brep}}]\n");
+  for (const char* line : {"outputs.iges.style: found brp; allowed brep, trimmed, patches, wire; nearest brep",
+                           "outputs.iges.stile: unknown key; allowed style; nearest style",
+                           "outputs: found options for ply; it takes none", "iges is asked for twice"})
+    EXPECT_NE(text.find(line), std::string::npos) << line << "\nin\n" << text;
 }
 
 TEST(WhatFrom, SeedsComeInThreeForms) {
