@@ -131,13 +131,14 @@ void add_tool_commands(CLI::App& app, Options& options) {
                            "Format, size, spacing and noise of a cloud with a suggested bin, or quality of a mesh.");
   info.add_option("file", options.input, "Cloud file, .conf file, scan plan or mesh.")->required();
   options.info.add_to(info, {""});
-  CLI::App& convert =
-      command(app, options, "convert", "A cloud, posed, in mm, as float64 PLY; or a mesh as STL, PLY, OBJ or IGES.");
+  CLI::App& convert = command(app, options, "convert",
+                              "A cloud, posed, in mm, as float64 PLY; or a mesh as STL, PLY, OBJ, IGES, DXF or 3MF.");
   convert.add_option("file", options.input, "Cloud file, .conf file, scan plan or mesh.")->required();
   convert.add_option("output", options.output, "File to write; its suffix says what.")->required();
   convert.add_flag("--points", options.as_points, "Take the vertices of a mesh as a cloud.");
   convert.add_flag("--ascii", options.form.ascii, "STL as text.");
-  convert.add_option("--style", options.form.style, "IGES: brep (default), trimmed, patches or wire.");
+  convert.add_option("--style", options.form.style,
+                     "IGES: brep (default), trimmed, patches, wire; DXF: faces (default), polyface.");
   options.cloud.add_to(convert, {""});
   CLI::App& simulate =
       command(app, options, "simulate", "Views of a built-in object from the stations of a scan plan.");

@@ -13,7 +13,6 @@ namespace {
 
 bool is_stl(ConvertTarget to) { return to == ConvertTarget::StlBinary || to == ConvertTarget::StlAscii; }
 bool is_ply_mesh(ConvertTarget to) { return to == ConvertTarget::PlyMesh || to == ConvertTarget::PlyMeshDouble; }
-bool is_float32(ConvertTarget to) { return is_stl(to) || to == ConvertTarget::PlyMesh; }
 
 double rounded(double value) { return static_cast<double>(static_cast<float>(value)); }
 Vec3 rounded(Vec3 p) { return {rounded(p.x), rounded(p.y), rounded(p.z)}; }
@@ -49,6 +48,8 @@ std::uint64_t unused_vertices(const formats::MeshFile& mesh) {
 
 }  // namespace
 
+bool is_float32(ConvertTarget to) { return is_stl(to) || to == ConvertTarget::PlyMesh; }
+
 Result<ConvertTarget> convert_target_of(const std::string& path, bool as_points, bool ascii) {
   const std::string suffix = formats::suffix_of(path);
   const std::span<const std::string_view> written = mesh_suffixes();
@@ -65,6 +66,8 @@ Result<ConvertTarget> convert_target_of(const std::string& path, bool as_points,
   }
   if (suffix == "stl") return ascii ? ConvertTarget::StlAscii : ConvertTarget::StlBinary;
   if (format_of_suffix(suffix) == "iges") return ConvertTarget::Iges;
+  if (suffix == "dxf") return ConvertTarget::Dxf;
+  if (suffix == "3mf") return ConvertTarget::ThreeMf;
   return suffix == "obj" ? ConvertTarget::Obj : ConvertTarget::PlyMesh;
 }
 

@@ -6,8 +6,10 @@
 
 #include "base/digest.hpp"
 #include "base/text.hpp"
+#include "export/dxf.hpp"
 #include "export/iges.hpp"
 #include "export/mesh_writers.hpp"
+#include "export/threemf.hpp"
 #include "export/writers.hpp"
 #include "store/files.hpp"
 
@@ -34,6 +36,15 @@ void add_iges_notes(const exporting::IgesCounts& counts, std::uint64_t triangles
                     " as closed shells, not as solids, since they are turned inside out (cavities)");
 }
 
+void add_3mf_notes(const exporting::ThreeMfCounts& counts, std::vector<std::string>& notes) {
+  if (counts.left_out > 0)
+    notes.push_back("mesh.3mf leaves out " + counted(counts.left_out, "triangle") +
+                    " with two equal corners, which the format forbids");
+  if (!counts.closed)
+    notes.push_back(
+        "mesh.3mf holds an open surface (type surface): printing programs want closed ones and may refuse it");
+}
+
 }  // namespace
 
 VertexErrors vertex_errors(const verify::Report& fit) {
@@ -55,6 +66,7 @@ Result<WrittenFile> write_mesh_file(const Mesh& mesh, const Output& output, cons
   ply.error_rms = errors.rms_mm;
   ply.comments = kComments;
   const exporting::IgesOptions iges{word_of_style<exporting::IgesStyle>(output), bin_mm};
+  const auto dxf = word_of_style<exporting::DxfStyle>(output);
   WrittenFile file;
   TRY_ASSIGN(auto sink, store::create_file(path));
   if (output.format == "ply") {
@@ -64,6 +76,11 @@ Result<WrittenFile> write_mesh_file(const Mesh& mesh, const Output& output, cons
   } else if (output.format == "iges") {
     TRY_ASSIGN(const exporting::IgesCounts counts, exporting::write_iges(mesh, iges, *sink));
     add_iges_notes(counts, mesh.triangles.size(), file.notes);
+  } else if (output.format == "dxf") {
+    TRY(exporting::write_dxf(mesh, dxf, *sink));
+  } else if (output.format == "3mf") {
+    TRY_ASSIGN(const exporting::ThreeMfCounts counts, exporting::write_3mf(mesh, *sink));
+    add_3mf_notes(counts, file.notes);
   } else if (output.ascii) {
     TRY(exporting::write_stl_ascii(mesh, *sink));
   } else {
@@ -77,6 +94,10 @@ Result<WrittenFile> write_mesh_file(const Mesh& mesh, const Output& output, cons
     TRY(exporting::compare_obj(mesh, *source));
   else if (output.format == "iges")
     TRY(exporting::compare_iges(mesh, iges, *source));
+  else if (output.format == "dxf")
+    TRY(exporting::compare_dxf(mesh, dxf, *source));
+  else if (output.format == "3mf")
+    TRY(exporting::compare_3mf(mesh, *source));
   else if (output.ascii)
     TRY(exporting::compare_stl_ascii(mesh, *source));
   else

@@ -350,7 +350,7 @@ Result<ToolReport> mesh_info(const std::string& input, const What& what, const C
 Result<ToolReport> convert_mesh(const std::string& input, const What& what, const MeshForm& form,
                                 const std::string& output, const Context&, Progress& progress) {
   TRY_ASSIGN(const ConvertTarget target, convert_target_of(output, false, form.ascii));
-  TRY(check_output(output, {".stl", ".ply", ".obj", ".igs", ".iges"}, {input}));
+  TRY(check_output(output, {".stl", ".ply", ".obj", ".igs", ".iges", ".dxf", ".3mf"}, {input}));
   TRY_ASSIGN(const Output wanted, output_of(output, form.ascii, form.style));
   TRY_ASSIGN(const LoadedMesh loaded, load_mesh(input, what));
   progress.stage("convert", 0, 0);
@@ -359,7 +359,7 @@ Result<ToolReport> convert_mesh(const std::string& input, const What& what, cons
   for (const double error : loaded.file.error_rms) errors.rms_mm.push_back(static_cast<float>(error));
   Mesh mesh = loaded.mesh;
   // Float32 formats hold rounded coordinates; the loss is told below.
-  if (target != ConvertTarget::Obj && target != ConvertTarget::Iges)
+  if (is_float32(target))
     for (Vec3& p : mesh.positions)
       p = {static_cast<double>(static_cast<float>(p.x)), static_cast<double>(static_cast<float>(p.y)),
            static_cast<double>(static_cast<float>(p.z))};

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "base/text.hpp"
+#include "export/dxf.hpp"
 #include "export/iges.hpp"
 
 namespace scanmill::pipeline {
@@ -13,9 +14,8 @@ using document::Node;
 using document::Problems;
 using document::shown;
 
-constexpr std::string_view kFormats[] = {"stl", "ply", "obj", "iges"};
-constexpr std::string_view kLater[] = {"dxf", "3mf"};
-constexpr std::string_view kSuffixes[] = {"stl", "ply", "obj", "igs", "iges"};
+constexpr std::string_view kFormats[] = {"stl", "ply", "obj", "iges", "dxf", "3mf"};
+constexpr std::string_view kSuffixes[] = {"stl", "ply", "obj", "igs", "iges", "dxf", "3mf"};
 
 bool among(std::span<const std::string_view> words, std::string_view word) {
   return std::find(words.begin(), words.end(), word) != words.end();
@@ -67,8 +67,6 @@ void read_output(const Node& item, std::vector<Output>& outputs, Problems& probl
   Output output;
   output.format = with_options ? item.entries()[0].key : item.is_string() ? item.as_string() : "";
   const std::string allowed = "; allowed " + document::joined(kFormats);
-  if (among(kLater, output.format))
-    return problems.add(item.mark, "outputs", "found " + output.format + "; not written by this version" + allowed);
   if (!among(kFormats, output.format)) {
     std::string sentence = "found " + shown(item) + allowed;
     const std::string_view nearest = nearest_name(output.format, kFormats);
@@ -99,6 +97,7 @@ std::span<const std::string_view> mesh_suffixes() { return kSuffixes; }
 
 std::span<const std::string_view> styles_of(std::string_view format) {
   if (format == "iges") return exporting::iges_style_words();
+  if (format == "dxf") return exporting::dxf_style_words();
   return {};
 }
 

@@ -41,9 +41,9 @@ WALLS = [
     (r"hdf5|H5|highfive", ["provenance/hdf5_file."]),
     (r"yaml-cpp/|nlohmann/", ["document/"]),
     (r"openssl/", ["base/digest.cpp"]),
-    (r"zlib\.h|zconf\.h", ["render/", "formats/png.cpp"]),
+    (r"zlib\.h|zconf\.h", ["base/deflate.cpp", "formats/png.cpp"]),
     (r"Eigen/|unsupported/Eigen", ["geom/"]),
-    (r"zlib", ["render/png.cpp", "formats/png.cpp"]),
+    (r"zlib", ["base/deflate.cpp", "formats/png.cpp"]),
     (r"vtk|CGAL/|pcl/|open3d/|TopoDS|BRep|STEPControl|IGESControl", []),
 ]
 
@@ -174,7 +174,7 @@ def self_test():
         ("lattice/a.cpp", "#include <openvdb/tree/Tree.h>\n"),
         ("provenance/hdf5_file.cpp", "#include <hdf5.h>\n"),
         ("base/chunks.cpp", "#include <tbb/parallel_for.h>\n"),
-        ("render/png.cpp", "#include <zlib.h>\n"),
+        ("base/deflate.cpp", "#include <zlib.h>\n"),
         ("main.cpp", '#include "cli/cli.hpp"\n'),
         ("reduce/a.cpp", "std::map<int, BinKey> by_slot;  // std::map<BinKey, int>\n"),
         ("stars/a.cpp", "// cos(x) is not used\nauto s = std::sqrt(2.0); auto c = cos_of_degrees(5); row.log(x); \"exp(1)\";\n"),

@@ -47,7 +47,7 @@ TEST(WhatFrom, ProfilePaperSetsItsRulesAndSingleKeysOverride) {
 TEST(WhatFrom, ReportsEveryProblemWithPlaceAllowedAndNearest) {
   const std::string text = error_of(
       "lattice:\n  bin_m: 1\ngrow: {range_bins: 2.6, engine: star, min_angle_deg: five}\nunits: mn\nprofile: papr\n"
-      "outputs: [dxf, stll]\nreduce: 7\nmerge: {fill_holes_up_to_bins: 2}\n");
+      "outputs: [step, stll]\nreduce: 7\nmerge: {fill_holes_up_to_bins: 2}\n");
   for (const char* line :
        {"job.yaml:2:3: lattice.bin_m: unknown key; allowed bin_mm, target_points, target_bins, origin; nearest bin_mm",
         "job.yaml:2:3: lattice: found no bin size", "job.yaml:3:20: grow.range_bins: found 2.6; allowed (0, 2.5]",
@@ -55,8 +55,8 @@ TEST(WhatFrom, ReportsEveryProblemWithPlaceAllowedAndNearest) {
         "grow.min_angle_deg: found five; allowed a number in [0, 45]",
         "job.yaml:4:8: units: found mn; allowed mm, cm, m, um, in; nearest mm",
         "profile: found papr; allowed scan, paper; nearest paper",
-        "outputs: found dxf; not written by this version; allowed stl, ply, obj, iges",
-        "outputs: found stll; allowed stl, ply, obj, iges; nearest stl", "reduce: found 7; allowed a map of representative",
+        "outputs: found step; allowed stl, ply, obj, iges, dxf, 3mf",
+        "outputs: found stll; allowed stl, ply, obj, iges, dxf, 3mf; nearest stl", "reduce: found 7; allowed a map of representative",
         "merge.fill_holes_up_to_bins: not in this version"})
     EXPECT_NE(text.find(line), std::string::npos) << line << "\nin\n" << text;
   EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 10) << text;

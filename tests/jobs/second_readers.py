@@ -1,0 +1,187 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
+"""What a job writes, through readers that are not ours. A reader that is not installed: exit 77, skipped.
+usage: second_readers.py CASE"""
+import ctypes
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import xml.etree.ElementTree
+import zipfile
+
+import numpy
+
+from end_to_end import make_archive, run, values_of, write_job
+
+
+def skip(why):
+    print("skipped:", why)
+    sys.exit(77)
+
+
+def scans(work, outputs, with_views=("sphere", "open")):
+    """Folders of a closed sphere, one that two eyes did not see, and the bunny where its data is at hand."""
+    make_archive(f"{work}/a", ("sphere",))
+    shutil.copytree(f"{work}/a/sphere", f"{work}/a/open")
+    plan = open(f"{work}/a/open/plan.yaml").read()
+    cut = plan.index("  - name: s3")
+    open(f"{work}/a/open/plan.yaml", "w").write(plan[:cut].replace("name: sphere", "name: open"))
+    for unseen in range(3, 6):
+        os.remove(f"{work}/a/open/s{unseen}.ply")
+    run("run", write_job(f"{work}/job.yaml", "a", f"lattice: {{bin_mm: 1.5}}\noutputs: {outputs}\n"), "--out", f"{work}/o")
+    found = [f"{work}/o/scans/{name}/plan" for name in with_views]
+    data = os.environ.get("SCANMILL_DATA", "")
+    if os.path.isdir(f"{data}/range-views/bunny"):
+        text = f"units: m\nlattice: {{target_points: 3000}}\noutputs: {outputs}\n"
+        run("run", write_job(f"{work}/bunny.yaml", f"{data}/range-views/bunny", text), "--out", f"{work}/b")
+        found.append(f"{work}/b/scans/bun")
+    return found
+
+
+def corners_of(folder):
+    """Corners of the job's own STL, which its tests prove."""
+    raw = open(f"{folder}/mesh.stl", "rb").read()
+    record = numpy.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
+    return numpy.frombuffer(raw, record, offset=84)["corners"].astype(float)
+
+
+def info(folder):
+    return values_of(run("info", f"{folder}/mesh.stl", "--json"))
+
+
+def same_triangles(found, wanted):
+    """The same triangles in any order, by exact corners."""
+    key = lambda rows: sorted(map(tuple, numpy.asarray(rows, dtype=float).reshape(-1, 9).tolist()))
+    assert key(found) == key(wanted)
+
+
+def dxf_by_ezdxf(work):
+    try:
+        import ezdxf
+    except ImportError:
+        skip("no python3-ezdxf")
+    for style in ("faces", "polyface"):
+        place = f"{work}/{style}"
+        os.makedirs(place)
+        for folder in scans(place, f"[stl, {{dxf: {{style: {style}}}}}]"):
+            drawing = ezdxf.readfile(f"{folder}/mesh.dxf")
+            audit = drawing.audit()
+            assert not audit.errors and not audit.fixes, (audit.errors, audit.fixes)
+            assert drawing.units == 4, "millimetres"
+            found, layers = [], set()
+            for entity in drawing.modelspace():
+                layers.add(entity.dxf.layer)
+                if style == "faces":
+                    assert entity.dxftype() == "3DFACE" and entity.dxf.vtx3 == entity.dxf.vtx2
+                    found.append([tuple(entity.dxf.vtx0), tuple(entity.dxf.vtx1), tuple(entity.dxf.vtx2)])
+                else:
+                    assert entity.is_poly_face_mesh
+                    found += [[tuple(v.dxf.location) for v in face[:3]] for face in entity.faces()]
+            same_triangles(found, corners_of(folder))
+            assert all(name.startswith("PATCH_") and drawing.layers.has_entry(name) for name in layers), layers
+
+
+def threemf_by_lib3mf(work):
+    try:
+        lib = ctypes.CDLL("lib3MF.so.1")
+    except OSError:
+        skip("no lib3mf1")
+    for folder in scans(work, "[stl, 3mf]"):
+        path = f"{folder}/mesh.3mf"
+        handle = ctypes.c_void_p
+        model, reader, meshes, mesh = handle(), handle(), handle(), handle()
+        more, count, triangles, warnings = ctypes.c_int(), ctypes.c_uint32(), ctypes.c_uint32(), ctypes.c_uint32()
+        corner = (ctypes.c_float * 3)
+        index = (ctypes.c_uint32 * 3)
+        assert lib.lib3mf_createmodel(ctypes.byref(model)) == 0
+        assert lib.lib3mf_model_queryreader(model, b"3mf", ctypes.byref(reader)) == 0
+        assert lib.lib3mf_reader_readfromfileutf8(reader, path.encode()) == 0
+        assert lib.lib3mf_reader_getwarningcount(reader, ctypes.byref(warnings)) == 0 and warnings.value == 0
+        assert lib.lib3mf_model_getmeshobjects(model, ctypes.byref(meshes)) == 0
+        assert lib.lib3mf_resourceiterator_movenext(meshes, ctypes.byref(more)) == 0 and more.value == 1
+        assert lib.lib3mf_resourceiterator_getcurrent(meshes, ctypes.byref(mesh)) == 0
+        lib.lib3mf_meshobject_getvertexcount(mesh, ctypes.byref(count))
+        lib.lib3mf_meshobject_gettrianglecount(mesh, ctypes.byref(triangles))
+        vertices, found = [], []
+        for v in range(count.value):
+            place = corner()
+            assert lib.lib3mf_meshobject_getvertex(mesh, v, ctypes.byref(place)) == 0
+            vertices.append(list(place))
+        for t in range(triangles.value):
+            rows = index()
+            assert lib.lib3mf_meshobject_gettriangle(mesh, t, ctypes.byref(rows)) == 0
+            found.append([vertices[row] for row in rows])
+        same_triangles(found, corners_of(folder))
+
+
+def threemf_by_zip_and_xml(work):
+    core = "{http://schemas.microsoft.com/3dmanufacturing/core/2015/02}"
+    for folder in scans(work, "[stl, 3mf]"):
+        with zipfile.ZipFile(f"{folder}/mesh.3mf") as package:
+            assert package.testzip() is None
+            assert package.namelist()[0] == "[Content_Types].xml"
+            relations = xml.etree.ElementTree.fromstring(package.read("_rels/.rels"))
+            target = relations[0].attrib["Target"].lstrip("/")
+            model = xml.etree.ElementTree.fromstring(package.read(target))
+        assert model.attrib["unit"] == "millimeter"
+        vertices = [[float(v.attrib[axis]) for axis in "xyz"] for v in model.iter(f"{core}vertex")]
+        faces = [[vertices[int(t.attrib[c])] for c in ("v1", "v2", "v3")] for t in model.iter(f"{core}triangle")]
+        same_triangles(faces, corners_of(folder))
+        kind = next(model.iter(f"{core}object")).attrib["type"]
+        assert kind == ("model" if info(folder)["closed_manifold"] else "surface")
+        names = [base.attrib["name"] for base in model.iter(f"{core}base")]
+        assert names and all(re.fullmatch(r"patch_\d+", name) for name in names), names
+
+
+def stl_by_admesh(work):
+    if shutil.which("admesh") is None:
+        skip("no admesh")
+    for folder in scans(work, "[stl]"):
+        told = info(folder)
+        figures = {}
+        for option in ("-e", "-d"):
+            text = subprocess.run(["admesh", option, f"{folder}/mesh.stl"], capture_output=True, text=True, check=True).stdout
+            figures[option] = lambda name, text=text: [float(v) for v in re.findall(rf"{name}\s*:\s*([-0-9.]+)(?:\s+([-0-9.]+))?", text)[0] if v]
+        exact = figures["-e"]
+        open_edges = sum(n * exact(f"Facets with {n} disconnected edges?")[0] for n in (1, 2, 3))
+        assert open_edges == told["boundary_edges"], (open_edges, told["boundary_edges"])
+        assert exact("Number of facets")[0] == told["triangles"]
+        assert exact("Degenerate facets")[0] == 0
+        assert figures["-d"]("Facets reversed")[0] == 0
+        if told["closed_manifold"]:
+            assert abs(exact("Volume")[0] / told["volume_mm3"] - 1) < 1e-4, (exact("Volume"), told["volume_mm3"])
+
+
+def meshes_by_vtk(work):
+    try:
+        import vtk
+    except ImportError:
+        skip("no python3-vtk9")
+    readers = {"mesh.stl": vtk.vtkSTLReader, "mesh.ply": vtk.vtkPLYReader, "mesh.obj": vtk.vtkOBJReader}
+    for folder in scans(work, "[stl, ply, obj]"):
+        told = info(folder)
+        for name, kind in readers.items():
+            reader = kind()
+            reader.SetFileName(f"{folder}/{name}")
+            reader.Update()
+            mesh = reader.GetOutput()
+            assert mesh.GetNumberOfCells() == told["triangles"], name
+            area = volume = 0.0
+            for cell in range(mesh.GetNumberOfCells()):
+                a, b, c = (numpy.array(mesh.GetCell(cell).GetPoints().GetPoint(i)) for i in range(3))
+                area += numpy.linalg.norm(numpy.cross(b - a, c - a)) / 2
+                volume += numpy.dot(a, numpy.cross(b, c)) / 6
+            assert abs(area / told["area_mm2"] - 1) < 1e-5 and abs(volume / told["volume_mm3"] - 1) < 1e-5, name
+            if told["closed_manifold"]:
+                properties = vtk.vtkMassProperties()
+                properties.SetInputData(mesh)
+                assert abs(properties.GetVolume() / told["volume_mm3"] - 1) < 1e-5 and told["volume_mm3"] > 0
+
+
+if __name__ == "__main__":
+    with tempfile.TemporaryDirectory(prefix="scanmill-") as place:
+        globals()[sys.argv[1]](place)
