@@ -118,6 +118,14 @@ Result<void> DxfWriter::polyline(std::string_view layer, std::span<const Vec3> p
   return out_.flush_when_full();
 }
 
+Result<void> DxfWriter::line(std::string_view layer, Vec3 from, Vec3 to) {
+  group(0, "LINE");
+  group(8, layer);
+  place(10, from);
+  place(11, to);
+  return out_.flush_when_full();
+}
+
 Result<void> DxfWriter::point(std::string_view layer, Vec3 p) {
   group(0, "POINT");
   group(8, layer);

@@ -33,6 +33,7 @@ class DxfWriter {
   Result<void> face(std::string_view layer, Vec3 a, Vec3 b, Vec3 c);
   /// A polyline in space; `closed` joins its ends.
   Result<void> polyline(std::string_view layer, std::span<const Vec3> points, bool closed);
+  Result<void> line(std::string_view layer, Vec3 from, Vec3 to);
   Result<void> point(std::string_view layer, Vec3 place);
   /// One line of text, `height` mm high, in the plane through `place` that x and y span.
   Result<void> text(std::string_view layer, Vec3 place, double height, std::string_view words);

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "mesh/section.hpp"
 #include "optimise/optimise.hpp"
 #include "pipeline/clean_scan.hpp"
 #include "pipeline/scan_points.hpp"
@@ -37,7 +38,8 @@ struct ScanResults {
   std::uint64_t points_in_strays = 0;  // not judged
   std::vector<std::string> digests;    // SHA-256 of each view of `points`
   std::vector<std::string> notes;
-  std::vector<WrittenFile> outputs;  // the mesh files
+  std::vector<WrittenFile> outputs;  // the mesh files and those of sections
+  std::vector<Section> sections{};
 };
 
 }  // namespace scanmill::pipeline

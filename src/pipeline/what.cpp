@@ -5,6 +5,7 @@
 
 #include "base/text.hpp"
 #include "pipeline/clean_keys.hpp"
+#include "pipeline/sections_key.hpp"
 #include "plan/plan.hpp"
 
 namespace scanmill::pipeline {
@@ -22,6 +23,7 @@ constexpr std::string_view kKeys[] = {"profile", "units",  "mesh_vertices_as_sca
 constexpr std::string_view kProfiles[] = {"scan", "paper"};
 constexpr std::string_view kUnits[] = {"mm", "cm", "m", "um", "in"};
 constexpr std::string_view kPointsKey[] = {"points"};
+constexpr std::string_view kSectionsKey[] = {"sections"};
 constexpr std::string_view kLaterMerge = "fill_holes_up_to_bins";
 
 /// Keys of one section that exclude each other.
@@ -114,6 +116,12 @@ void read_merge(const Node& section, What& what, Problems& problems) {
   document::read_fields(known, "merge", merge::Params::fields(), &what.merge, {}, problems);
 }
 
+void read_verify(const Node& section, What& what, Problems& problems) {
+  document::read_fields(section, "verify", verify::Params::fields(), &what.verify, kSectionsKey, problems);
+  if (const Node* sections = section.is_map() ? section.find("sections") : nullptr)
+    what.verify.sections = read_sections(*sections, problems);
+}
+
 /// Everything that can be judged on a part of a job; `complete` when it is a whole one.
 What read(const Node& root, bool complete, Problems& problems) {
   What what;
@@ -138,7 +146,7 @@ What read(const Node& root, bool complete, Problems& problems) {
   if (const Node* value = root.find("seeds")) read_seeds(*value, what.seeds, problems);
   if (const Node* value = root.find("merge")) read_merge(*value, what, problems);
   section("optimise", optimise::Params::fields(), &what.optimise);
-  section("verify", verify::Params::fields(), &what.verify);
+  if (const Node* value = root.find("verify")) read_verify(*value, what, problems);
   section("sensor", Sensor::fields(), &what.sensor);
   if (const Node* value = root.find("outputs")) what.outputs = read_outputs(*value, problems);
   for (const Exclusive& group : kExclusive) {
@@ -234,7 +242,8 @@ Node to_document(const What& what) {
   tree.set("seeds", std::move(seeds));
   tree.set("merge", document::fields_to_document(merge::Params::fields(), &what.merge));
   tree.set("optimise", document::fields_to_document(optimise::Params::fields(), &what.optimise));
-  tree.set("verify", document::fields_to_document(verify::Params::fields(), &what.verify));
+  Node& verify = tree.set("verify", document::fields_to_document(verify::Params::fields(), &what.verify));
+  if (!what.verify.sections.empty()) verify.set("sections", sections_to_document(what.verify.sections));
   tree.set("sensor", document::fields_to_document(Sensor::fields(), &what.sensor));
   tree.set("outputs", outputs_to_document(what.outputs));
   return tree;

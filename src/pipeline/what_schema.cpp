@@ -2,6 +2,7 @@
 // The what keys as draft-07 schemas, from the same tables that read them.
 #include "document/read_fields.hpp"
 #include "pipeline/clean_keys.hpp"
+#include "pipeline/sections_key.hpp"
 #include "pipeline/what.hpp"
 
 namespace scanmill::pipeline {
@@ -88,6 +89,7 @@ Node what_schema() {
   section("optimise", optimise::Params::fields(), &defaults.optimise, "Edge swaps on the finished mesh.");
   section("verify", verify::Params::fields(), &defaults.verify,
           "Gates: a mesh beyond one is kept, marked as rejected, and the run ends with exit code 4.");
+  properties.find("verify")->find("properties")->set("sections", sections_schema());
   section("sensor", Sensor::fields(), &defaults.sensor, "What is known of the sensor.");
   properties.set("outputs", outputs_schema());
   return properties;

@@ -182,6 +182,53 @@ def meshes_by_vtk(work):
                 assert abs(properties.GetVolume() / told["volume_mm3"] - 1) < 1e-5 and told["volume_mm3"] > 0
 
 
+def sections_by_ezdxf_and_h5py(work):
+    try:
+        import ezdxf
+    except ImportError:
+        skip("no python3-ezdxf")
+    import h5py
+
+    make_archive(f"{work}/a", ("sphere",))
+    keys = ("lattice: {bin_mm: 1.5}\nverify:\n  sections:\n    - {axis: z, at_mm: 3, slab_mm: 2}\n    - {axis: [1, 1, 0], count: 2}\n"
+            "    - {axis: x, through: worst, name: worst}\n    - {axis: y, through: loop}\n    - {axis: x, at_mm: 900}\n")
+    job = write_job(f"{work}/job.yaml", "a", keys)
+    text = run("run", job, "--out", f"{work}/o", "--threads", 1)
+    assert "there is no open loop to cut through" in text and "section x = 900 mm does not meet the mesh" in text, text
+    run("run", job, "--out", f"{work}/o2", "--threads", 2)
+    folder = f"{work}/o/scans/sphere/plan"
+    for name in ("sections.svg", "sections.dxf", "record.h5", "section-1.png", "section-4.png"):
+        assert open(f"{folder}/{name}", "rb").read() == open(f"{work}/o2/scans/sphere/plan/{name}", "rb").read(), name
+    assert "id=\"sections\"" in open(f"{folder}/report.html").read()
+    xml.etree.ElementTree.parse(f"{folder}/sections.svg")
+    drawing = ezdxf.readfile(f"{folder}/sections.dxf")
+    audit = drawing.audit()
+    assert not audit.errors and not audit.fixes
+    with h5py.File(f"{folder}/record.h5") as record:
+        s = record["sections"]
+        names = [name.decode() for name in s["name"][:]]
+        assert names[0] == "z = 3 mm" and names[3].startswith("worst: x = ") and len(names) == 5, names
+        assert s["worst_signed_mm"][3] == max(s["worst_signed_mm"], key=abs)
+        radius = 0
+        for n in range(5):
+            lines = [i for i, owner in enumerate(s["line_section"][:]) if owner == n]
+            drawn = drawing.modelspace().query(f'POLYLINE[layer=="SECTION_{n + 1}_MESH"]')
+            assert len(drawn) == len(lines) == (1 if n < 4 else 0)
+            for i, polyline in zip(lines, drawn):
+                places = s["line_points"][s["line_offsets"][i]:s["line_offsets"][i + 1]]
+                assert polyline.is_closed == bool(s["line_closed"][i]) == True
+                numpy.testing.assert_allclose([tuple(v.dxf.location) for v in polyline.vertices], places, atol=1e-12)
+                off = (places - s["origin"][n]) @ s["normal"][n]
+                assert abs(off).max() < 1e-9
+                radius = max(radius, numpy.linalg.norm(places, axis=1).max())
+            dots = drawing.modelspace().query(f'POINT[layer=="SECTION_{n + 1}_POINTS"]')
+            assert len(dots) == min(4000, s["points"][n])
+            if n < 4:
+                heights = (numpy.array([tuple(p.dxf.location) for p in dots]) - s["origin"][n]) @ s["normal"][n]
+                assert abs(heights).max() <= s["slab_mm"][n] / 2 and len(dots) > 50
+        assert 19 < radius < 31, radius
+
+
 if __name__ == "__main__":
     with tempfile.TemporaryDirectory(prefix="scanmill-") as place:
         globals()[sys.argv[1]](place)
