@@ -2,6 +2,7 @@
 #include "pipeline/mesh_tools.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 
 #include "base/text.hpp"
@@ -11,6 +12,7 @@
 #include "pipeline/convert_notes.hpp"
 #include "pipeline/judge_scan.hpp"
 #include "pipeline/mesh_files.hpp"
+#include "pipeline/surface.hpp"
 #include "pipeline/tool_inputs.hpp"
 #include "pipeline/watched_points.hpp"
 #include "render/render.hpp"
@@ -183,6 +185,32 @@ Node creases_node(const optimise::Creases& creases) {
   return node;
 }
 
+/// Float32 files of meshes far from the origin: translated as a job's are, so that no digit that matters is lost. The
+/// unit is the greatest power of two up to the mean edge, so that the offset has few digits; the file says it.
+void move_near_origin(formats::MeshFile& file, Mesh& mesh, double unit_mm, std::vector<std::string>& notes) {
+  Bounds bounds;
+  double sum = 0;
+  for (const Triangle& t : mesh.triangles)
+    for (std::size_t e = 0; e < 3; ++e) {
+      bounds.add(mesh.positions[t[e]]);
+      sum += norm(mesh.positions[t[(e + 1) % 3]] - mesh.positions[t[e]]);
+    }
+  const double mean = mesh.triangles.empty() ? 0 : sum / (3 * static_cast<double>(mesh.triangles.size()));
+  if (!(mean > 0) || !std::isfinite(mean)) return;
+  double edge = 1;
+  while (edge > mean) edge /= 2;
+  while (edge * 2 <= mean) edge *= 2;
+  const Vec3 offset = float32_offset(bounds, edge);
+  if (offset == Vec3{}) return;
+  for (Vec3& p : mesh.positions) p = p - offset;
+  for (Vec3& p : file.positions) p = p - offset * (1 / unit_mm);  // so that losses are told of what is written
+  mesh.offset = mesh.offset + offset;
+  notes.push_back(
+      "float32 would cost more than a thousandth of an edge this far from the origin: the mesh is translated by " +
+      number_text(0 - offset.x) + " " + number_text(0 - offset.y) + " " + number_text(0 - offset.z) +
+      " mm; the file says so as offset_mm");
+}
+
 Node side_node(const verify::Side& side) {
   auto deviation = [](const verify::Deviation& d) {
     Node node = Node::map();
@@ -352,13 +380,15 @@ Result<ToolReport> convert_mesh(const std::string& input, const What& what, cons
   TRY_ASSIGN(const ConvertTarget target, convert_target_of(output, false, form.ascii));
   TRY(check_output(output, {".stl", ".ply", ".obj", ".igs", ".iges", ".dxf", ".3mf"}, {input}));
   TRY_ASSIGN(const Output wanted, output_of(output, form.ascii, form.style));
-  TRY_ASSIGN(const LoadedMesh loaded, load_mesh(input, what));
+  TRY_ASSIGN(LoadedMesh loaded, load_mesh(input, what));
   progress.stage("convert", 0, 0);
   VertexErrors errors;
   for (const double error : loaded.file.error) errors.signed_mm.push_back(static_cast<float>(error));
   for (const double error : loaded.file.error_rms) errors.rms_mm.push_back(static_cast<float>(error));
   Mesh mesh = loaded.mesh;
   // Float32 formats hold rounded coordinates; the loss is told below.
+  std::vector<std::string> moved;
+  if (is_float32(target)) move_near_origin(loaded.file, mesh, what.units_mm, moved);
   if (is_float32(target))
     for (Vec3& p : mesh.positions)
       p = {static_cast<double>(static_cast<float>(p.x)), static_cast<double>(static_cast<float>(p.y)),
@@ -371,6 +401,7 @@ Result<ToolReport> convert_mesh(const std::string& input, const What& what, cons
   report.values.set("triangles", static_cast<std::uint64_t>(mesh.triangles.size()));
   std::vector<std::string> notes = conversion_losses(loaded.file, target, what.units_mm);
   notes.insert(notes.begin(), loaded.file.notes.begin(), loaded.file.notes.end());
+  notes.insert(notes.end(), moved.begin(), moved.end());
   notes.insert(notes.end(), written.notes.begin(), written.notes.end());
   if (!notes.empty()) report.values.set("notes", texts(notes));
   return report;

@@ -14,7 +14,7 @@ using document::Node;
 using document::Problems;
 using document::shown;
 
-constexpr std::string_view kFormats[] = {"stl", "ply", "obj", "iges", "dxf", "3mf"};
+constexpr std::string_view kFormats[] = {"stl", "ply", "obj", "iges", "dxf", "3mf", "vdb"};
 constexpr std::string_view kSuffixes[] = {"stl", "ply", "obj", "igs", "iges", "dxf", "3mf"};
 
 bool among(std::span<const std::string_view> words, std::string_view word) {
@@ -101,7 +101,10 @@ std::span<const std::string_view> styles_of(std::string_view format) {
   return {};
 }
 
-std::string file_name_of(const Output& output) { return "mesh." + (output.format == "iges" ? "igs" : output.format); }
+std::string file_name_of(const Output& output) {
+  if (output.format == "vdb") return "bins.vdb";
+  return "mesh." + (output.format == "iges" ? "igs" : output.format);
+}
 
 std::string_view format_of_suffix(std::string_view suffix) {
   if (suffix == "igs") return "iges";

@@ -6,6 +6,7 @@
 
 #include "base/digest.hpp"
 #include "base/text.hpp"
+#include "pipeline/bin_files.hpp"
 #include "pipeline/clean_scan.hpp"
 #include "pipeline/judge_scan.hpp"
 #include "pipeline/mesh_files.hpp"
@@ -149,6 +150,11 @@ Result<ScanResult> run_scan(const std::string& archive, const ScanSpec& scan, co
 
   progress.stage("write", 0, 0);
   for (const Output& output : what.outputs) {
+    if (output.format == "vdb") {
+      TRY_ASSIGN(WrittenFile bins, write_bins_file(all.reduction.cloud, folder + "/" + file_name_of(output)));
+      all.outputs.push_back(std::move(bins));
+      continue;
+    }
     TRY_ASSIGN(WrittenFile file, write_mesh_file(surface.mesh, output, vertex_errors(all.fit),
                                                  folder + "/" + file_name_of(output), all.reduction.report.bin_mm));
     result.notes.insert(result.notes.end(), file.notes.begin(), file.notes.end());

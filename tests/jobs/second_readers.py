@@ -229,6 +229,43 @@ def sections_by_ezdxf_and_h5py(work):
         assert 19 < radius < 31, radius
 
 
+def bins_by_vdb_print(work):
+    if shutil.which("vdb_print") is None:
+        skip("no libopenvdb-tools")
+    import h5py
+
+    make_archive(f"{work}/a", ("sphere",))
+    job = write_job(f"{work}/job.yaml", "a", "lattice: {bin_mm: 1.5}\noutputs: [stl, vdb]\n")
+    run("run", job, "--out", f"{work}/o", "--threads", 1)
+    run("run", job, "--out", f"{work}/o2", "--threads", 2)
+    path = f"{work}/o/scans/sphere/plan/bins.vdb"
+    assert open(path, "rb").read() == open(f"{work}/o2/scans/sphere/plan/bins.vdb", "rb").read()
+    text = subprocess.run(["vdb_print", "-l", path], capture_output=True, text=True, check=True).stdout
+    with h5py.File(f"{work}/o/scans/sphere/plan/record.h5") as record:
+        count = len(record["reduced/bin"])
+        low, high = record["reduced/bin"][:].min(axis=0), record["reduced/bin"][:].max(axis=0)
+    for grid in ("points", "row", "drop"):
+        assert f"Name: {grid}" in text, text
+    plain = text.replace(",", "")
+    assert plain.count(f"activeVoxelCount: {count}") + plain.count(f"Active Voxel Count: {count}") + len(re.findall(rf"Number of active voxels:\s+{count}\b", plain)) == 3, (count, text)
+    assert "scanmill:bin_mm: 1.5" in text, text
+
+
+def far_meshes_keep_their_digits(work):
+    corners = [(4520000.0 + x, 70000.0 + y, z) for x in (0, 0.5) for y in (0, 0.5) for z in (0, 0.5)]
+    quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    with open(f"{work}/far.obj", "w") as out:
+        out.writelines(f"v {x} {y} {z}\n" for x, y, z in corners)
+        out.writelines(f"f {a + 1} {b + 1} {c + 1}\nf {a + 1} {c + 1} {d + 1}\n" for a, b, c, d in quads)
+    for name in ("far.stl", "far.ply"):
+        text = run("convert", f"{work}/far.obj", f"{work}/{name}")
+        assert "translated by -4519936 -69632 0 mm" in text, text
+        told = values_of(run("info", f"{work}/{name}", "--json"))
+        assert abs(told["volume_mm3"] - 0.125) < 1e-9 and told["offset_mm"] == [4519936, 69632, 0], told
+    text = run("convert", f"{work}/far.obj", f"{work}/far.igs")
+    assert "translated" not in text, "doubles need no offset"
+
+
 if __name__ == "__main__":
     with tempfile.TemporaryDirectory(prefix="scanmill-") as place:
         globals()[sys.argv[1]](place)

@@ -55,8 +55,8 @@ TEST(WhatFrom, ReportsEveryProblemWithPlaceAllowedAndNearest) {
         "grow.min_angle_deg: found five; allowed a number in [0, 45]",
         "job.yaml:4:8: units: found mn; allowed mm, cm, m, um, in; nearest mm",
         "profile: found papr; allowed scan, paper; nearest paper",
-        "outputs: found step; allowed stl, ply, obj, iges, dxf, 3mf",
-        "outputs: found stll; allowed stl, ply, obj, iges, dxf, 3mf; nearest stl",
+        "outputs: found step; allowed stl, ply, obj, iges, dxf, 3mf, vdb",
+        "outputs: found stll; allowed stl, ply, obj, iges, dxf, 3mf, vdb; nearest stl",
         "reduce: found 7; allowed a map of representative", "merge.fill_holes_up_to_bins: not in this version"})
     EXPECT_NE(text.find(line), std::string::npos) << line << "\nin\n" << text;
   EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 10) << text;
