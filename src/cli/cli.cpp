@@ -12,6 +12,7 @@
 #include "cli/schemas.hpp"
 #include "cli/stage_options.hpp"
 #include "cli/versions.hpp"
+#include "pipeline/audit.hpp"
 #include "pipeline/bench_stages.hpp"
 #include "pipeline/mesh_tools.hpp"
 #include "runner/console.hpp"
@@ -50,6 +51,7 @@ struct Options {
   std::uint64_t seed = 1;
   bool as_is = false, as_points = false;
   pipeline::MeshForm form;
+  pipeline::AuditChoice audit;
 
   const StageOptions& stage(const std::string& command) const {
     return command == "reduce"     ? reduce
@@ -140,6 +142,11 @@ void add_tool_commands(CLI::App& app, Options& options) {
   convert.add_option("--style", options.form.style,
                      "IGES: brep (default), trimmed, patches, wire; DXF: faces (default), polyface.");
   options.cloud.add_to(convert, {""});
+  CLI::App& audit = command(app, options, "audit",
+                            "Proves a record: its content, inputs and outputs by digest; exit code 4 when one differs.");
+  audit.add_option("record", options.audit.record, "record.h5, or the folder of a scan.")->required();
+  audit.add_option("--archive", options.audit.archive, "Folder with the inputs; run.json of the output tree says it.");
+  audit.add_flag("--rerun", options.audit.rerun, "Make the scan again from record and archive alone, and compare.");
   CLI::App& simulate =
       command(app, options, "simulate", "Views of a built-in object from the stations of a scan plan.");
   simulate.add_option("plan", options.input, "Scan plan.")->required();
@@ -214,6 +221,7 @@ Result<pipeline::ToolReport> run_stage(const std::string& name, const Options& o
   if (name == "verify") return pipeline::verify_file(o.input, o.inputs, what, context, progress);
   if (name == "compare") return pipeline::compare_files(o.input, o.second, what, context, progress);
   if (name == "render") return pipeline::render_file(o.input, what, o.picture, o.output, context, progress);
+  if (name == "audit") return pipeline::audit_record(o.audit, context, progress);
   if (name == "bench") {
     pipeline::BenchChoice timing = o.timing;
     timing.version = version();

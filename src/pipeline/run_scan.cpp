@@ -75,7 +75,7 @@ void add_notes(const MeshedSurface& surface, const reduce::Report& report, const
 
 std::vector<std::pair<std::string, std::string>> stage_versions() {
   return {{"read", "2"}, {"clean", "1"},    {"reduce", "2"}, {"stars", "1"},  {"front", "1"},  {"merge", "1"},
-          {"grow", "1"}, {"optimise", "1"}, {"verify", "1"}, {"export", "2"}, {"record", "4"}, {"report", "2"}};
+          {"grow", "1"}, {"optimise", "1"}, {"verify", "1"}, {"export", "2"}, {"record", "5"}, {"report", "2"}};
 }
 
 Result<std::string> fingerprint_of(const std::string& archive, const ScanSpec& scan, const What& what,

@@ -283,6 +283,7 @@ Result<std::string> write_record(const Record& record, const std::string& path) 
   TRY(write_notes(file, record));
   const std::string identity = file.identity();
   TRY(file.attribute("/", "identity", identity, false));
+  TRY(file.attribute("/", "content", file.content(), false));
   TRY(file.close());
   return identity;
 }

@@ -14,6 +14,7 @@
 #include "runner/output_lock.hpp"
 #include "runner/output_tree.hpp"
 #include "runner/quarantine.hpp"
+#include "runner/ro_crate.hpp"
 #include "runner/run_report.hpp"
 #include "runner/scan_log.hpp"
 #include "runner/scan_messages.hpp"
@@ -297,6 +298,16 @@ class Driver {
     return saved ? kExitGood : refuse(saved.error(), kExitInternal);
   }
 
+  /// The results that stand, for catalogues.
+  Result<void> save_crate() const {
+    std::vector<CrateScan> scans;
+    for (const ScanEntry& entry : report_.scans)
+      if (auto state = load_state(tree_.scan(entry.name)))
+        scans.push_back({entry.name, entry.fate == ScanFate::Done, std::move(*state)});
+    const Node crate = ro_crate_of(report_, scans, {"run.json"});
+    return store::write_text(tree_.root() + "/ro-crate-metadata.json", document::to_json(crate, 1) + "\n");
+  }
+
   /// The worst code in the order 130/143, 1, 3, 4; state files, run.json, last line.
   int finish(int code) {
     const int signal = stop_.signal.load();
@@ -314,6 +325,7 @@ class Driver {
       if (kept) kept = store::write_text(tree_.hashes_file(), work_.save_hashes());
       if (kept) kept = store::write_text(tree_.run_file(), document::to_json(to_document(report_), 1) + "\n");
       report_.written = report_.written || kept.ok();
+      if (kept && !options_.dry_run) kept = save_crate();
       if (!kept) {
         console_.complain(kept.error());
         if (code < 128) report_.exit_code = code = kExitInternal;

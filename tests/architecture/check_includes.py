@@ -38,7 +38,7 @@ WALLS = [
     (r"openvdb/|nanovdb/", ["lattice/", "store/"]),
     (r"CLI/", ["cli/"]),
     (r"tbb/|oneapi/", ["base/chunks.cpp"]),
-    (r"hdf5|H5|highfive", ["provenance/hdf5_file."]),
+    (r"hdf5|H5|highfive", ["provenance/hdf5_file.", "provenance/hdf5_reader."]),
     (r"yaml-cpp/|nlohmann/", ["document/"]),
     (r"openssl/", ["base/digest.cpp"]),
     (r"zlib\.h|zconf\.h", ["base/deflate.cpp", "formats/png.cpp"]),
