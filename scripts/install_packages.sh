@@ -1,18 +1,21 @@
 #!/bin/sh
 # SPDX-License-Identifier: Apache-2.0
 # Installs the Debian 12 packages that are missing; does nothing, and needs no network, when none is.
-# usage: install_packages.sh build|test
+# usage: install_packages.sh build|test|all
 set -eu
 
 build="g++ cmake ninja-build ccache pkg-config
   libopenvdb-dev libboost-iostreams-dev libimath-dev libblosc-dev libtbb-dev libeigen3-dev libhdf5-dev
   libcli11-dev libyaml-cpp-dev nlohmann-json3-dev libssl-dev zlib1g-dev"
-test="libgtest-dev python3 python3-numpy python3-h5py python3-vtk9 python3-jsonschema strace"
+test="libgtest-dev python3 python3-numpy python3-h5py python3-vtk9 python3-jsonschema strace
+  python3-ezdxf lib3mf1 admesh libopenvdb-tools"
+all="libocct-foundation-dev libocct-modeling-data-dev libocct-modeling-algorithms-dev libocct-ocaf-dev libocct-data-exchange-dev"
 
 case "${1:-}" in
   build) wanted=$build ;;
   test) wanted="$build $test" ;;
-  *) echo "usage: $0 build|test" >&2; exit 2 ;;
+  all) wanted="$build $test $all" ;;
+  *) echo "usage: $0 build|test|all" >&2; exit 2 ;;
 esac
 
 if ! command -v dpkg-query >/dev/null; then

@@ -13,6 +13,7 @@
 #include "cli/schemas.hpp"
 #include "cli/stage_options.hpp"
 #include "cli/versions.hpp"
+#include "pipeline/audit.hpp"
 #include "pipeline/bench_stages.hpp"
 #include "pipeline/mesh_tools.hpp"
 #include "pipeline/replay_plan.hpp"
@@ -57,7 +58,9 @@ struct Options {
   pipeline::ReplayChoice replay;
   PlanOptions plan;
   std::uint64_t seed = 1;
-  bool as_is = false, as_points = false, ascii = false;
+  bool as_is = false, as_points = false;
+  pipeline::MeshForm form;
+  pipeline::AuditChoice audit;
 
   const StageOptions& stage(const std::string& command) const {
     return command == "reduce"     ? reduce
@@ -159,13 +162,20 @@ void add_tool_commands(CLI::App& app, Options& options) {
                            "Format, size, spacing and noise of a cloud with a suggested bin, or quality of a mesh.");
   info.add_option("file", options.input, "Cloud file, .conf file, scan plan or mesh.")->required();
   options.info.add_to(info, {""});
-  CLI::App& convert =
-      command(app, options, "convert", "A cloud, posed, in mm, as float64 PLY; or a mesh as STL, PLY or OBJ.");
+  CLI::App& convert = command(app, options, "convert",
+                              "A cloud, posed, in mm, as float64 PLY; or a mesh as STL, PLY, OBJ, IGES, DXF or 3MF.");
   convert.add_option("file", options.input, "Cloud file, .conf file, scan plan or mesh.")->required();
   convert.add_option("output", options.output, "File to write; its suffix says what.")->required();
   convert.add_flag("--points", options.as_points, "Take the vertices of a mesh as a cloud.");
-  convert.add_flag("--ascii", options.ascii, "STL as text.");
+  convert.add_flag("--ascii", options.form.ascii, "STL as text.");
+  convert.add_option("--style", options.form.style,
+                     "IGES: brep (default), trimmed, patches, wire; DXF: faces (default), polyface.");
   options.cloud.add_to(convert, {""});
+  CLI::App& audit = command(app, options, "audit",
+                            "Proves a record: its content, inputs and outputs by digest; exit code 4 when one differs.");
+  audit.add_option("record", options.audit.record, "record.h5, or the folder of a scan.")->required();
+  audit.add_option("--archive", options.audit.archive, "Folder with the inputs; run.json of the output tree says it.");
+  audit.add_flag("--rerun", options.audit.rerun, "Make the scan again from record and archive alone, and compare.");
   CLI::App& simulate =
       command(app, options, "simulate", "Views of a built-in object from the stations of a scan plan.");
   simulate.add_option("plan", options.input, "Scan plan.")->required();
@@ -256,6 +266,7 @@ Result<pipeline::ToolReport> run_stage(const std::string& name, const Options& o
   if (name == "verify") return pipeline::verify_file(o.input, o.inputs, what, context, progress);
   if (name == "compare") return pipeline::compare_files(o.input, o.second, what, context, progress);
   if (name == "render") return pipeline::render_file(o.input, what, o.picture, o.output, context, progress);
+  if (name == "audit") return pipeline::audit_record(o.audit, context, progress);
   if (name == "bench") {
     pipeline::BenchChoice timing = o.timing;
     timing.version = version();
@@ -267,7 +278,7 @@ Result<pipeline::ToolReport> run_stage(const std::string& name, const Options& o
   if (name == "info")
     return is_mesh ? pipeline::mesh_info(o.input, what, context, progress)
                    : pipeline::cloud_info(o.input, what, context, progress);
-  return is_mesh && !o.as_points ? pipeline::convert_mesh(o.input, what, o.ascii, o.output, context, progress)
+  return is_mesh && !o.as_points ? pipeline::convert_mesh(o.input, what, o.form, o.output, context, progress)
                                  : pipeline::convert_cloud(o.input, what, o.output, context, progress);
 }
 

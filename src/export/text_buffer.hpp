@@ -2,6 +2,7 @@
 // Text on its way to a sink: shortest numbers, large pieces.
 #pragma once
 #include <charconv>
+#include <cstdlib>
 #include <cstring>
 #include <string_view>
 #include <vector>
@@ -14,6 +15,7 @@ class TextBuffer {
  public:
   explicit TextBuffer(ByteSink& sink) : sink_(sink), bytes_(kBytes + kMargin) {}
   TextBuffer& text(std::string_view text) {
+    if (text.size() > bytes_.size() - used_) std::abort();  // a caller that forgot flush_when_full
     std::memcpy(bytes_.data() + used_, text.data(), text.size());
     used_ += text.size();
     return *this;
@@ -22,7 +24,8 @@ class TextBuffer {
   template <class Number>
   TextBuffer& number(Number value) {
     char* begin = bytes_.data() + used_;
-    used_ = static_cast<std::size_t>(std::to_chars(begin, bytes_.data() + bytes_.size(), value).ptr - bytes_.data());
+    const auto done = std::to_chars(begin, bytes_.data() + bytes_.size(), value);
+    if (done.ec == std::errc{}) used_ = static_cast<std::size_t>(done.ptr - bytes_.data());
     return *this;
   }
   /// Between two calls at most kMargin bytes may be added.

@@ -6,13 +6,13 @@
 
 #include "base/text.hpp"
 #include "formats/probe.hpp"
+#include "pipeline/outputs_key.hpp"
 
 namespace scanmill::pipeline {
 namespace {
 
 bool is_stl(ConvertTarget to) { return to == ConvertTarget::StlBinary || to == ConvertTarget::StlAscii; }
 bool is_ply_mesh(ConvertTarget to) { return to == ConvertTarget::PlyMesh || to == ConvertTarget::PlyMeshDouble; }
-bool is_float32(ConvertTarget to) { return is_stl(to) || to == ConvertTarget::PlyMesh; }
 
 double rounded(double value) { return static_cast<double>(static_cast<float>(value)); }
 Vec3 rounded(Vec3 p) { return {rounded(p.x), rounded(p.y), rounded(p.z)}; }
@@ -48,12 +48,14 @@ std::uint64_t unused_vertices(const formats::MeshFile& mesh) {
 
 }  // namespace
 
+bool is_float32(ConvertTarget to) { return is_stl(to) || to == ConvertTarget::PlyMesh; }
+
 Result<ConvertTarget> convert_target_of(const std::string& path, bool as_points, bool ascii) {
-  static constexpr std::string_view kWritten[] = {"stl", "obj", "ply"};
   const std::string suffix = formats::suffix_of(path);
-  if (std::find(std::begin(kWritten), std::end(kWritten), suffix) == std::end(kWritten)) {
-    std::string sentence = "found the suffix \"" + suffix + "\"; allowed stl, obj, ply";
-    const std::string_view nearest = nearest_name(suffix, kWritten);
+  const std::span<const std::string_view> written = mesh_suffixes();
+  if (std::find(written.begin(), written.end(), suffix) == written.end()) {
+    std::string sentence = "found the suffix \"" + suffix + "\"; allowed " + document::joined(written);
+    const std::string_view nearest = nearest_name(suffix, written);
     if (!nearest.empty()) sentence += "; nearest " + std::string(nearest);
     return fail(Code::BadUsage, std::move(sentence), path);
   }
@@ -63,6 +65,9 @@ Result<ConvertTarget> convert_target_of(const std::string& path, bool as_points,
                 path);
   }
   if (suffix == "stl") return ascii ? ConvertTarget::StlAscii : ConvertTarget::StlBinary;
+  if (format_of_suffix(suffix) == "iges") return ConvertTarget::Iges;
+  if (suffix == "dxf") return ConvertTarget::Dxf;
+  if (suffix == "3mf") return ConvertTarget::ThreeMf;
   return suffix == "obj" ? ConvertTarget::Obj : ConvertTarget::PlyMesh;
 }
 

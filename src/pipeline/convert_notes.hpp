@@ -9,9 +9,12 @@
 
 namespace scanmill::pipeline {
 
-enum class ConvertTarget { StlBinary, StlAscii, Obj, PlyMesh, PlyMeshDouble, PlyPoints };
+enum class ConvertTarget { StlBinary, StlAscii, Obj, PlyMesh, PlyMeshDouble, PlyPoints, Iges, Dxf, ThreeMf };
 
-/// By the suffix of a path (stl, obj, ply); `as_points` asks for a cloud, `ascii` for the text form of STL.
+/// Whether the format holds coordinates as float32.
+bool is_float32(ConvertTarget to);
+
+/// By the suffix of a path (mesh_suffixes()); `as_points` asks for a cloud, `ascii` for the text form of STL.
 /// errors  BadUsage for a suffix that is not written, or a cloud in a format of meshes
 Result<ConvertTarget> convert_target_of(const std::string& path, bool as_points, bool ascii);
 

@@ -7,6 +7,7 @@
 
 #include "base/text.hpp"
 #include "pipeline/watched_points.hpp"
+#include "verify/sections.hpp"
 
 namespace scanmill::pipeline {
 namespace {
@@ -108,6 +109,29 @@ class JudgedPoints final : public PointSource {
   mutable std::atomic<std::uint64_t> left_out_{0};
 };
 
+/// Of the points that were judged; a feature that is not there is told.
+Result<void> add_sections(const MeshedSurface& surface, const PointSource& points,
+                          const std::vector<verify::SectionRule>& rules, double bin_mm, const Context& context,
+                          Fit& fit) {
+  if (rules.empty()) return {};
+  verify::SectionFeatures features;
+  const auto& worst = fit.report.worst_interior.empty() ? fit.report.worst : fit.report.worst_interior;
+  if (!worst.empty()) features.worst = worst[0].place;
+  const BorderLoop* longest = nullptr;
+  for (const BorderLoop& loop : surface.loops)
+    if (!longest || loop.length_mm > longest->length_mm) longest = &loop;
+  if (longest) features.longest_loop = longest->centre;
+  for (const verify::SectionRule& rule : rules)
+    if (rule.where == verify::SectionRule::Where::Loop && !longest)
+      fit.notes.push_back("verify.sections: there is no open loop to cut through");
+  std::vector<double> magnify;
+  TRY_ASSIGN(const auto frames, verify::section_frames(surface.mesh, rules, bin_mm, features, magnify));
+  TRY_ASSIGN(fit.sections, verify::sections_of(surface.mesh, points, frames, magnify, bin_mm, context));
+  for (const Section& section : fit.sections)
+    if (section.lines.empty()) fit.notes.push_back("section " + section.frame.name + " does not meet the mesh");
+  return {};
+}
+
 }  // namespace
 
 Result<optimise::Report> optimise_surface(MeshedSurface& surface, const What& what, double bin_mm,
@@ -134,11 +158,13 @@ Result<Fit> measure_fit(const MeshedSurface& surface, const reduce::ReducedCloud
   Fit fit;
   if (surface.stray_rows.empty()) {
     TRY_ASSIGN(fit.report, verify::verify_mesh(surface.mesh, watched, terms, what.verify, context));
+    TRY(add_sections(surface, watched, what.verify.sections, terms.bin_mm, context, fit));
     return fit;
   }
   const JudgedPoints judged(watched, cloud, stray_bins(surface, cloud));
   TRY_ASSIGN(fit.report, verify::verify_mesh(surface.mesh, judged, terms, what.verify, context));
   fit.points_in_strays = judged.left_out();
+  TRY(add_sections(surface, judged, what.verify.sections, terms.bin_mm, context, fit));
   return fit;
 }
 

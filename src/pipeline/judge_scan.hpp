@@ -7,6 +7,7 @@
 #include "base/context.hpp"
 #include "base/progress.hpp"
 #include "base/result.hpp"
+#include "mesh/section.hpp"
 #include "optimise/optimise.hpp"
 #include "pipeline/surface.hpp"
 #include "pipeline/what.hpp"
@@ -22,11 +23,13 @@ Result<optimise::Report> optimise_surface(MeshedSurface& surface, const What& wh
 struct Fit {
   verify::Report report;
   std::uint64_t points_in_strays = 0;  // in bins of dropped pieces: listed with these, not judged
+  std::vector<Section> sections;       // those the job asks for
+  std::vector<std::string> notes;      // of sections that could not be had
 };
 
-/// Distances of the points that were reduced, with the errors of each vertex's own bin. A piece that was dropped says
-/// nothing about the mesh, so the points of its bins, and of bins within two of it that no vertex is as near to, are
-/// counted apart.
+/// Distances of the points that were reduced, with the errors of each vertex's own bin, and the sections of the job. A
+/// piece that was dropped says nothing about the mesh, so the points of its bins, and of bins within two of it that no
+/// vertex is as near to, are counted apart.
 Result<Fit> measure_fit(const MeshedSurface& surface, const reduce::ReducedCloud& cloud, const PointSource& points,
                         const What& what, const Context& context, Progress& progress);
 

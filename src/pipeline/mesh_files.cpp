@@ -1,14 +1,51 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipeline/mesh_files.hpp"
 
+#include <algorithm>
 #include <filesystem>
 
 #include "base/digest.hpp"
+#include "base/text.hpp"
+#include "export/dxf.hpp"
+#include "export/iges.hpp"
 #include "export/mesh_writers.hpp"
+#include "export/threemf.hpp"
 #include "export/writers.hpp"
 #include "store/files.hpp"
 
 namespace scanmill::pipeline {
+namespace {
+
+constexpr std::uint64_t kManyFaces = 50'000;  // CAD programs take minutes from here on
+
+template <class Style>
+Style word_of_style(const Output& output) {
+  const auto styles = styles_of(output.format);
+  const auto at = std::find(styles.begin(), styles.end(), output.style);
+  return at == styles.end() ? Style{} : static_cast<Style>(at - styles.begin());
+}
+
+void add_iges_notes(const exporting::IgesCounts& counts, std::uint64_t triangles, std::vector<std::string>& notes) {
+  if (triangles > kManyFaces)
+    notes.push_back("mesh.igs holds " + grouped(triangles) + " triangles in " + bytes_text(counts.bytes) +
+                    ": CAD programs take minutes and gigabytes to open it; larger bins make it smaller");
+  if (counts.left_out > 0)
+    notes.push_back("mesh.igs leaves out " + counted(counts.left_out, "triangle") + " without area");
+  if (counts.inside_out > 0)
+    notes.push_back("mesh.igs holds " + counted(counts.inside_out, "closed component") +
+                    " as closed shells, not as solids, since they are turned inside out (cavities)");
+}
+
+void add_3mf_notes(const exporting::ThreeMfCounts& counts, std::vector<std::string>& notes) {
+  if (counts.left_out > 0)
+    notes.push_back("mesh.3mf leaves out " + counted(counts.left_out, "triangle") +
+                    " with two equal corners, which the format forbids");
+  if (!counts.closed)
+    notes.push_back(
+        "mesh.3mf holds an open surface (type surface): printing programs want closed ones and may refuse it");
+}
+
+}  // namespace
 
 VertexErrors vertex_errors(const verify::Report& fit) {
   VertexErrors errors;
@@ -22,32 +59,49 @@ VertexErrors vertex_errors(const verify::Report& fit) {
 }
 
 Result<WrittenFile> write_mesh_file(const Mesh& mesh, const Output& output, const VertexErrors& errors,
-                                    const std::string& path) {
+                                    const std::string& path, std::optional<double> bin_mm) {
   static const std::string kComments[] = {"scanmill mesh, mm; error: signed fit error in the vertex's bin"};
   exporting::PlyMeshOptions ply;
   ply.error = errors.signed_mm;
   ply.error_rms = errors.rms_mm;
   ply.comments = kComments;
+  const exporting::IgesOptions iges{word_of_style<exporting::IgesStyle>(output), bin_mm};
+  const auto dxf = word_of_style<exporting::DxfStyle>(output);
+  WrittenFile file;
   TRY_ASSIGN(auto sink, store::create_file(path));
-  if (output.format == "ply")
+  if (output.format == "ply") {
     TRY(exporting::write_ply_mesh(mesh, ply, *sink));
-  else if (output.format == "obj")
+  } else if (output.format == "obj") {
     TRY(exporting::write_obj(mesh, *sink));
-  else if (output.ascii)
+  } else if (output.format == "iges") {
+    TRY_ASSIGN(const exporting::IgesCounts counts, exporting::write_iges(mesh, iges, *sink));
+    add_iges_notes(counts, mesh.triangles.size(), file.notes);
+  } else if (output.format == "dxf") {
+    TRY(exporting::write_dxf(mesh, dxf, *sink));
+  } else if (output.format == "3mf") {
+    TRY_ASSIGN(const exporting::ThreeMfCounts counts, exporting::write_3mf(mesh, *sink));
+    add_3mf_notes(counts, file.notes);
+  } else if (output.ascii) {
     TRY(exporting::write_stl_ascii(mesh, *sink));
-  else
+  } else {
     TRY(exporting::write_stl(mesh, *sink));
+  }
   TRY(sink->commit());
   TRY_ASSIGN(const auto source, store::open_file(path, path));
   if (output.format == "ply")
     TRY(exporting::compare_ply_mesh(mesh, ply, *source));
   else if (output.format == "obj")
     TRY(exporting::compare_obj(mesh, *source));
+  else if (output.format == "iges")
+    TRY(exporting::compare_iges(mesh, iges, *source));
+  else if (output.format == "dxf")
+    TRY(exporting::compare_dxf(mesh, dxf, *source));
+  else if (output.format == "3mf")
+    TRY(exporting::compare_3mf(mesh, *source));
   else if (output.ascii)
     TRY(exporting::compare_stl_ascii(mesh, *source));
   else
     TRY(exporting::compare_stl(mesh, *source));
-  WrittenFile file;
   file.name = std::filesystem::path(path).filename().string();
   file.bytes = source->size();
   TRY_ASSIGN(file.sha256, sha256_of(*source));

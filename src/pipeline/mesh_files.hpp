@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Mesh files: written, synced, read back and compared.
 #pragma once
+#include <optional>
 #include <span>
 #include <string>
 
@@ -17,9 +18,11 @@ struct VertexErrors {
 };
 VertexErrors vertex_errors(const verify::Report& fit);
 
-/// Writes the mesh at `path` in the form asked for and proves that the file holds it.
-/// errors  what the sink reports; Internal when the file read back is not the mesh
+/// Writes the mesh at `path` in the form asked for and proves that the file holds it. `bin_mm`: finest detail of the
+/// mesh, where it is known.
+/// errors  what the sink reports; what the format cannot hold (Unsupported, BadInput); Internal when the file read back
+///         is not the mesh
 Result<WrittenFile> write_mesh_file(const Mesh& mesh, const Output& output, const VertexErrors& errors,
-                                    const std::string& path);
+                                    const std::string& path, std::optional<double> bin_mm = {});
 
 }  // namespace scanmill::pipeline

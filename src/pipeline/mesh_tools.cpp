@@ -2,6 +2,7 @@
 #include "pipeline/mesh_tools.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 
 #include "base/text.hpp"
@@ -11,6 +12,7 @@
 #include "pipeline/convert_notes.hpp"
 #include "pipeline/judge_scan.hpp"
 #include "pipeline/mesh_files.hpp"
+#include "pipeline/surface.hpp"
 #include "pipeline/tool_inputs.hpp"
 #include "pipeline/watched_points.hpp"
 #include "render/render.hpp"
@@ -183,8 +185,30 @@ Node creases_node(const optimise::Creases& creases) {
   return node;
 }
 
-Output output_of(const std::string& path, bool ascii) {
-  return {std::filesystem::path(path).extension().string().substr(1), ascii};
+/// Float32 files of meshes far from the origin: translated as a job's are, so that no digit that matters is lost. The
+/// unit is the greatest power of two up to the mean edge, so that the offset has few digits; the file says it.
+void move_near_origin(formats::MeshFile& file, Mesh& mesh, double unit_mm, std::vector<std::string>& notes) {
+  Bounds bounds;
+  double sum = 0;
+  for (const Triangle& t : mesh.triangles)
+    for (std::size_t e = 0; e < 3; ++e) {
+      bounds.add(mesh.positions[t[e]]);
+      sum += norm(mesh.positions[t[(e + 1) % 3]] - mesh.positions[t[e]]);
+    }
+  const double mean = mesh.triangles.empty() ? 0 : sum / (3 * static_cast<double>(mesh.triangles.size()));
+  if (!(mean > 0) || !std::isfinite(mean)) return;
+  double edge = 1;
+  while (edge > mean) edge /= 2;
+  while (edge * 2 <= mean) edge *= 2;
+  const Vec3 offset = float32_offset(bounds, edge);
+  if (offset == Vec3{}) return;
+  for (Vec3& p : mesh.positions) p = p - offset;
+  for (Vec3& p : file.positions) p = p - offset * (1 / unit_mm);  // so that losses are told of what is written
+  mesh.offset = mesh.offset + offset;
+  notes.push_back(
+      "float32 would cost more than a thousandth of an edge this far from the origin: the mesh is translated by " +
+      number_text(0 - offset.x) + " " + number_text(0 - offset.y) + " " + number_text(0 - offset.z) +
+      " mm; the file says so as offset_mm");
 }
 
 Node side_node(const verify::Side& side) {
@@ -235,6 +259,19 @@ Result<Enum> word_of(const std::string& word, std::span<const std::string_view> 
   return fail(Code::BadUsage, sentence, std::string("command line: ") + option);
 }
 
+/// `style` empty: the format's default.
+Result<Output> output_of(const std::string& path, bool ascii, const std::string& style = {}) {
+  Output output{std::string(format_of_suffix(formats::suffix_of(path))), ascii};
+  const auto styles = styles_of(output.format);
+  if (!styles.empty()) output.style = styles[0];
+  if (style.empty()) return output;
+  if (styles.empty())
+    return fail(Code::BadUsage, "found '" + style + "'; " + output.format + " has no styles", "command line: --style");
+  TRY(word_of<std::int32_t>(style, styles, "--style"));
+  output.style = style;
+  return output;
+}
+
 }  // namespace
 
 Result<bool> is_mesh_file(const std::string& path) {
@@ -254,7 +291,8 @@ Result<ToolReport> optimise_file(const std::string& input, const What& what, con
   const double range = what.lattice.bin_mm ? what.grow.range_bins * *what.lattice.bin_mm : longest_edge(loaded.mesh);
   const optimise::Limits limits{range, cos_of_degrees(what.grow.min_angle_deg)};
   TRY_ASSIGN(const optimise::Report swaps, optimise::optimise(loaded.mesh, what.optimise, limits, context));
-  TRY_ASSIGN(const WrittenFile written, write_mesh_file(loaded.mesh, output_of(output, false), {}, output));
+  TRY_ASSIGN(const Output form, output_of(output, false));
+  TRY_ASSIGN(const WrittenFile written, write_mesh_file(loaded.mesh, form, {}, output));
   ToolReport report;
   report.values.set("file", output);
   report.values.set("sha256", written.sha256);
@@ -337,22 +375,25 @@ Result<ToolReport> mesh_info(const std::string& input, const What& what, const C
   return report;
 }
 
-Result<ToolReport> convert_mesh(const std::string& input, const What& what, bool ascii, const std::string& output,
-                                const Context&, Progress& progress) {
-  TRY_ASSIGN(const ConvertTarget target, convert_target_of(output, false, ascii));
-  TRY(check_output(output, {".stl", ".ply", ".obj"}, {input}));
-  TRY_ASSIGN(const LoadedMesh loaded, load_mesh(input, what));
+Result<ToolReport> convert_mesh(const std::string& input, const What& what, const MeshForm& form,
+                                const std::string& output, const Context&, Progress& progress) {
+  TRY_ASSIGN(const ConvertTarget target, convert_target_of(output, false, form.ascii));
+  TRY(check_output(output, {".stl", ".ply", ".obj", ".igs", ".iges", ".dxf", ".3mf"}, {input}));
+  TRY_ASSIGN(const Output wanted, output_of(output, form.ascii, form.style));
+  TRY_ASSIGN(LoadedMesh loaded, load_mesh(input, what));
   progress.stage("convert", 0, 0);
   VertexErrors errors;
   for (const double error : loaded.file.error) errors.signed_mm.push_back(static_cast<float>(error));
   for (const double error : loaded.file.error_rms) errors.rms_mm.push_back(static_cast<float>(error));
   Mesh mesh = loaded.mesh;
   // Float32 formats hold rounded coordinates; the loss is told below.
-  if (target != ConvertTarget::Obj)
+  std::vector<std::string> moved;
+  if (is_float32(target)) move_near_origin(loaded.file, mesh, what.units_mm, moved);
+  if (is_float32(target))
     for (Vec3& p : mesh.positions)
       p = {static_cast<double>(static_cast<float>(p.x)), static_cast<double>(static_cast<float>(p.y)),
            static_cast<double>(static_cast<float>(p.z))};
-  TRY_ASSIGN(const WrittenFile written, write_mesh_file(mesh, output_of(output, ascii), errors, output));
+  TRY_ASSIGN(const WrittenFile written, write_mesh_file(mesh, wanted, errors, output));
   ToolReport report;
   report.values.set("file", output);
   report.values.set("sha256", written.sha256);
@@ -360,6 +401,8 @@ Result<ToolReport> convert_mesh(const std::string& input, const What& what, bool
   report.values.set("triangles", static_cast<std::uint64_t>(mesh.triangles.size()));
   std::vector<std::string> notes = conversion_losses(loaded.file, target, what.units_mm);
   notes.insert(notes.begin(), loaded.file.notes.begin(), loaded.file.notes.end());
+  notes.insert(notes.end(), moved.begin(), moved.end());
+  notes.insert(notes.end(), written.notes.begin(), written.notes.end());
   if (!notes.empty()) report.values.set("notes", texts(notes));
   return report;
 }

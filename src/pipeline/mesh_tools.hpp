@@ -24,9 +24,14 @@ Result<ToolReport> compare_files(const std::string& a, const std::string& b, con
                                  Progress& progress);
 /// Format, size and quality of a mesh.
 Result<ToolReport> mesh_info(const std::string& input, const What& what, const Context& context, Progress& progress);
-/// STL, OBJ or PLY by the output's suffix; what is lost is told.
-Result<ToolReport> convert_mesh(const std::string& input, const What& what, bool ascii, const std::string& output,
-                                const Context& context, Progress& progress);
+/// How `convert` writes a mesh, beside the format that the suffix says.
+struct MeshForm {
+  bool ascii = false;  // STL
+  std::string style;   // a word of styles_of(); empty: the first
+};
+/// Any format of mesh_suffixes() by the output's suffix; what is lost is told.
+Result<ToolReport> convert_mesh(const std::string& input, const What& what, const MeshForm& form,
+                                const std::string& output, const Context& context, Progress& progress);
 
 struct PictureChoice {
   std::string as;            // a style word; empty: shaded for meshes, points for clouds

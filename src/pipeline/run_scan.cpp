@@ -6,6 +6,7 @@
 
 #include "base/digest.hpp"
 #include "base/text.hpp"
+#include "pipeline/bin_files.hpp"
 #include "pipeline/clean_scan.hpp"
 #include "pipeline/judge_scan.hpp"
 #include "pipeline/mesh_files.hpp"
@@ -13,6 +14,7 @@
 #include "pipeline/scan_pictures.hpp"
 #include "pipeline/scan_points.hpp"
 #include "pipeline/scan_record.hpp"
+#include "pipeline/section_files.hpp"
 #include "pipeline/surface.hpp"
 #include "pipeline/watched_points.hpp"
 #include "store/files.hpp"
@@ -73,7 +75,7 @@ void add_notes(const MeshedSurface& surface, const reduce::Report& report, const
 
 std::vector<std::pair<std::string, std::string>> stage_versions() {
   return {{"read", "2"}, {"clean", "1"},    {"reduce", "2"}, {"stars", "1"},  {"front", "1"},  {"merge", "1"},
-          {"grow", "1"}, {"optimise", "1"}, {"verify", "1"}, {"export", "2"}, {"record", "4"}, {"report", "2"}};
+          {"grow", "1"}, {"optimise", "1"}, {"verify", "1"}, {"export", "2"}, {"record", "5"}, {"report", "2"}};
 }
 
 Result<std::string> fingerprint_of(const std::string& archive, const ScanSpec& scan, const What& what,
@@ -131,8 +133,8 @@ Result<ScanResult> run_scan(const std::string& archive, const ScanSpec& scan, co
 
   auto meshed = mesh_surface(reduction.cloud, report.bounds, what, context, progress);
   if (!meshed.ok()) return name_file(std::move(meshed).error(), scan);
-  ScanResults all{archive, scan, what, *points, cleaned, std::move(reduction), std::move(meshed).value(), {}, {},
-                  {},      0,    {},   {},      {}};
+  ScanResults all{archive, scan, what, *points, cleaned, std::move(reduction), std::move(meshed).value(), {}, {}, {},
+                  0,       {},   {},   {},      {}};
   MeshedSurface& surface = all.surface;
   clock.lap("mesh");
 
@@ -142,15 +144,25 @@ Result<ScanResult> run_scan(const std::string& archive, const ScanSpec& scan, co
   TRY_ASSIGN(Fit fit, measure_fit(surface, all.reduction.cloud, *cleaned.points, what, context, progress));
   all.fit = std::move(fit.report);
   all.points_in_strays = fit.points_in_strays;
+  all.sections = std::move(fit.sections);
+  result.notes.insert(result.notes.end(), fit.notes.begin(), fit.notes.end());
   result.failed_gates = failed_gates(all.fit);
   clock.lap("verify");
 
   progress.stage("write", 0, 0);
   for (const Output& output : what.outputs) {
-    TRY_ASSIGN(WrittenFile file,
-               write_mesh_file(surface.mesh, output, vertex_errors(all.fit), folder + "/mesh." + output.format));
+    if (output.format == "vdb") {
+      TRY_ASSIGN(WrittenFile bins, write_bins_file(all.reduction.cloud, folder + "/" + file_name_of(output)));
+      all.outputs.push_back(std::move(bins));
+      continue;
+    }
+    TRY_ASSIGN(WrittenFile file, write_mesh_file(surface.mesh, output, vertex_errors(all.fit),
+                                                 folder + "/" + file_name_of(output), all.reduction.report.bin_mm));
+    result.notes.insert(result.notes.end(), file.notes.begin(), file.notes.end());
     all.outputs.push_back(std::move(file));
   }
+  TRY_ASSIGN(std::vector<WrittenFile> sheets, write_section_files(all.sections, folder));
+  for (WrittenFile& sheet : sheets) all.outputs.push_back(std::move(sheet));
   clock.lap("export");
 
   add_clean_notes(cleaned, result.notes);
@@ -173,9 +185,10 @@ Result<ScanResult> run_scan(const std::string& archive, const ScanSpec& scan, co
 
   TRY_ASSIGN(auto pictures, write_pictures(all, folder, context, progress));
   clock.lap("pictures");
+  TRY_ASSIGN(auto sections, draw_sections(all, folder));
   PageFrame page{frame.job, frame.tool, result.record_identity, frame.date, result.stage_seconds};
   TRY_ASSIGN(auto sink, store::create_file(folder + "/report.html"));
-  TRY(report::write_scan_report(page_of(all, std::move(pictures), page), *sink));
+  TRY(report::write_scan_report(page_of(all, std::move(pictures), std::move(sections), page), *sink));
   TRY(sink->commit());
   clock.lap("report");
 

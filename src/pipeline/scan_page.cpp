@@ -199,7 +199,8 @@ void add_files(const ScanResults& results, report::ScanReport& page) {
 
 }  // namespace
 
-report::ScanReport page_of(const ScanResults& results, std::vector<report::Picture> pictures, const PageFrame& frame) {
+report::ScanReport page_of(const ScanResults& results, std::vector<report::Picture> pictures,
+                           std::vector<report::SectionRow> sections, const PageFrame& frame) {
   report::ScanReport page;
   page.scan = results.scan.name;
   page.job = frame.job;
@@ -209,6 +210,7 @@ report::ScanReport page_of(const ScanResults& results, std::vector<report::Pictu
     page.gates.push_back({"verify." + gate.name, gate.limit, gate.found, "mm", gate.passed});
   for (const std::string& note : results.notes) page.notes.push_back({false, note});
   page.pictures = std::move(pictures);
+  page.sections = std::move(sections);
   add_points(results, page);
   page.mesh = mesh_of(results);
   page.fit = fit_of(results);

@@ -16,6 +16,7 @@ struct PageFrame {
   std::vector<std::pair<std::string, double>> stage_seconds;
 };
 
-report::ScanReport page_of(const ScanResults& results, std::vector<report::Picture> pictures, const PageFrame& frame);
+report::ScanReport page_of(const ScanResults& results, std::vector<report::Picture> pictures,
+                           std::vector<report::SectionRow> sections, const PageFrame& frame);
 
 }  // namespace scanmill::pipeline

@@ -240,6 +240,7 @@ Result<Record> record_of(const ScanResults& results) {
   add_swap_counters(results.swaps, record);
   add_fit_counters(results.quality, results.fit, record);
   record.counters.push_back({"verify", "points_in_strays", static_cast<double>(results.points_in_strays), true});
+  record.sections = results.sections;
   record.notes = results.notes;
   record.stage_versions = stage_versions_of(results.what.grow.engine);
   record.stl_header = exporting::stl_header(results.surface.mesh.offset);

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "mesh/section.hpp"
 #include "optimise/optimise.hpp"
 #include "pipeline/clean_scan.hpp"
 #include "pipeline/scan_points.hpp"
@@ -20,6 +21,7 @@ struct WrittenFile {
   std::string name;  // in the scan's folder
   std::uint64_t bytes = 0;
   std::string sha256;
+  std::vector<std::string> notes{};  // what its reader should know
 };
 
 struct ScanResults {
@@ -36,7 +38,8 @@ struct ScanResults {
   std::uint64_t points_in_strays = 0;  // not judged
   std::vector<std::string> digests;    // SHA-256 of each view of `points`
   std::vector<std::string> notes;
-  std::vector<WrittenFile> outputs;  // the mesh files
+  std::vector<WrittenFile> outputs;  // the mesh files and those of sections
+  std::vector<Section> sections{};
 };
 
 }  // namespace scanmill::pipeline

@@ -5,6 +5,7 @@
 
 #include "base/text.hpp"
 #include "pipeline/clean_keys.hpp"
+#include "pipeline/sections_key.hpp"
 #include "plan/plan.hpp"
 
 namespace scanmill::pipeline {
@@ -21,9 +22,8 @@ constexpr std::string_view kKeys[] = {"profile", "units",  "mesh_vertices_as_sca
                                       "verify",  "sensor", "outputs"};
 constexpr std::string_view kProfiles[] = {"scan", "paper"};
 constexpr std::string_view kUnits[] = {"mm", "cm", "m", "um", "in"};
-constexpr std::string_view kOutputs[] = {"stl", "ply", "obj"};
-constexpr std::string_view kLaterOutputs[] = {"iges", "dxf", "3mf"};
 constexpr std::string_view kPointsKey[] = {"points"};
+constexpr std::string_view kSectionsKey[] = {"sections"};
 constexpr std::string_view kLaterMerge = "fill_holes_up_to_bins";
 
 /// Keys of one section that exclude each other.
@@ -100,57 +100,6 @@ void read_seeds(const Node& value, grow::SeedParams& seeds, Problems& problems) 
   if (const Node* points = value.find("points")) read_points(*points, "seeds.points", seeds, problems);
 }
 
-/// Options of one output; `stl` alone has one.
-void read_output_options(const Node& options, Output& output, Problems& problems) {
-  static constexpr std::string_view kAscii[] = {"ascii"};
-  const std::string key = "outputs." + output.format;
-  if (output.format != "stl")
-    return problems.add(options.mark, "outputs",
-                        "found options for " + output.format + "; it takes none: write - " + output.format);
-  if (!options.is_map()) return problems.add(options.mark, key, "found " + shown(options) + "; allowed {ascii: true}");
-  for (const Node::Entry& entry : options.entries()) {
-    if (entry.key != "ascii")
-      problems.add_unknown(entry, key, kAscii);
-    else if (!entry.value.is_bool())
-      problems.add(entry.value.mark, key + ".ascii", "found " + shown(entry.value) + "; allowed true, false");
-    else
-      output.ascii = entry.value.as_bool();
-  }
-}
-
-void read_output(const Node& item, What& what, Problems& problems) {
-  const bool with_options = item.is_map() && item.entries().size() == 1;
-  Output output;
-  output.format = with_options ? item.entries()[0].key : item.is_string() ? item.as_string() : "";
-  const auto among = [&](std::span<const std::string_view> words) {
-    return std::find(words.begin(), words.end(), output.format) != words.end();
-  };
-  const std::string allowed = "; allowed " + document::joined(kOutputs);
-  if (among(kLaterOutputs))
-    return problems.add(item.mark, "outputs", "found " + output.format + "; not written by this version" + allowed);
-  if (!among(kOutputs)) {
-    std::string sentence = "found " + shown(item) + allowed;
-    const std::string_view nearest = nearest_name(output.format, kOutputs);
-    if (!nearest.empty()) sentence += "; nearest " + std::string(nearest);
-    return problems.add(item.mark, "outputs", sentence);
-  }
-  if (with_options) read_output_options(item.entries()[0].value, output, problems);
-  if (std::any_of(what.outputs.begin(), what.outputs.end(),
-                  [&](const Output& present) { return present.format == output.format; }))
-    return problems.add(item.mark, "outputs", output.format + " is asked for twice; remove one");
-  what.outputs.push_back(output);
-}
-
-void read_outputs(const Node& value, What& what, Problems& problems) {
-  what.outputs.clear();
-  if (!value.is_sequence() || value.items().empty())
-    problems.add(value.mark, "outputs",
-                 "found " + (value.is_sequence() ? "an empty list" : shown(value)) + "; allowed a list of " +
-                     document::joined(kOutputs));
-  else
-    for (const Node& item : value.items()) read_output(item, what, problems);
-}
-
 void set_profile(What& what) {
   if (what.profile == Profile::Scan) return;
   what.reduce = reduce::Params::paper();
@@ -165,6 +114,12 @@ void read_merge(const Node& section, What& what, Problems& problems) {
     std::erase_if(known.entries(), [](const Node::Entry& entry) { return entry.key == kLaterMerge; });
   }
   document::read_fields(known, "merge", merge::Params::fields(), &what.merge, {}, problems);
+}
+
+void read_verify(const Node& section, What& what, Problems& problems) {
+  document::read_fields(section, "verify", verify::Params::fields(), &what.verify, kSectionsKey, problems);
+  if (const Node* sections = section.is_map() ? section.find("sections") : nullptr)
+    what.verify.sections = read_sections(*sections, problems);
 }
 
 /// Everything that can be judged on a part of a job; `complete` when it is a whole one.
@@ -191,9 +146,9 @@ What read(const Node& root, bool complete, Problems& problems) {
   if (const Node* value = root.find("seeds")) read_seeds(*value, what.seeds, problems);
   if (const Node* value = root.find("merge")) read_merge(*value, what, problems);
   section("optimise", optimise::Params::fields(), &what.optimise);
-  section("verify", verify::Params::fields(), &what.verify);
+  if (const Node* value = root.find("verify")) read_verify(*value, what, problems);
   section("sensor", Sensor::fields(), &what.sensor);
-  if (const Node* value = root.find("outputs")) read_outputs(*value, what, problems);
+  if (const Node* value = root.find("outputs")) what.outputs = read_outputs(*value, problems);
   for (const Exclusive& group : kExclusive) {
     const auto given = given_of(root, group);
     if (given.size() > 1)
@@ -287,21 +242,10 @@ Node to_document(const What& what) {
   tree.set("seeds", std::move(seeds));
   tree.set("merge", document::fields_to_document(merge::Params::fields(), &what.merge));
   tree.set("optimise", document::fields_to_document(optimise::Params::fields(), &what.optimise));
-  tree.set("verify", document::fields_to_document(verify::Params::fields(), &what.verify));
+  Node& verify = tree.set("verify", document::fields_to_document(verify::Params::fields(), &what.verify));
+  if (!what.verify.sections.empty()) verify.set("sections", sections_to_document(what.verify.sections));
   tree.set("sensor", document::fields_to_document(Sensor::fields(), &what.sensor));
-  Node outputs = Node::sequence();
-  for (const Output& output : what.outputs) {
-    if (!output.ascii) {
-      outputs.push(output.format);
-      continue;
-    }
-    Node options = Node::map();
-    options.set("ascii", true);
-    Node entry = Node::map();
-    entry.set(output.format, std::move(options));
-    outputs.push(std::move(entry));
-  }
-  tree.set("outputs", std::move(outputs));
+  tree.set("outputs", outputs_to_document(what.outputs));
   return tree;
 }
 
@@ -317,7 +261,6 @@ std::span<const Field> Sensor::fields() {
 
 std::span<const std::string_view> what_keys() { return kKeys; }
 std::span<const std::string_view> profile_words() { return kProfiles; }
-std::span<const std::string_view> output_words() { return kOutputs; }
 std::span<const std::string_view> unit_words() { return kUnits; }
 
 std::vector<WhatField> what_fields() {

@@ -17,6 +17,7 @@
 #include "mesh/limits.hpp"
 #include "optimise/params.hpp"
 #include "pipeline/discovery.hpp"
+#include "pipeline/outputs_key.hpp"
 #include "reduce/params.hpp"
 #include "verify/params.hpp"
 
@@ -28,13 +29,6 @@ enum class Profile : std::int32_t { Scan, Paper };
 struct Sensor {
   double accuracy_mm = verify::kPaperAccuracy;
   static std::span<const Field> fields();
-};
-
-/// A mesh file to write.
-struct Output {
-  std::string format;  // "stl", "ply", "obj"
-  bool ascii = false;  // stl only
-  friend bool operator==(const Output&, const Output&) = default;
 };
 
 struct What {
@@ -88,6 +82,5 @@ std::vector<WhatField> what_fields();
 /// The words that `profile` and `units` take.
 std::span<const std::string_view> profile_words();
 std::span<const std::string_view> unit_words();
-std::span<const std::string_view> output_words();
 
 }  // namespace scanmill::pipeline

@@ -2,6 +2,7 @@
 // The what keys as draft-07 schemas, from the same tables that read them.
 #include "document/read_fields.hpp"
 #include "pipeline/clean_keys.hpp"
+#include "pipeline/sections_key.hpp"
 #include "pipeline/what.hpp"
 
 namespace scanmill::pipeline {
@@ -58,32 +59,6 @@ Node seeds_schema() {
   return schema;
 }
 
-Node outputs_schema() {
-  Node words = Node::sequence();
-  for (const std::string_view word : output_words()) words.push(word);
-  Node item = Node::map();
-  item.set("enum", std::move(words));
-  Node ascii = Node::map();
-  ascii.set("description", "As text, ten times as large.");
-  ascii.set("type", "boolean");
-  Node options = Node::map();
-  options.set("type", "object");
-  options.set("properties", Node::map()).set("ascii", std::move(ascii));
-  options.set("additionalProperties", false);
-  Node with_options = Node::map();
-  with_options.set("type", "object");
-  with_options.set("properties", Node::map()).set("stl", std::move(options));
-  with_options.set("additionalProperties", false);
-  with_options.set("minProperties", 1);
-  Node schema = Node::map();
-  schema.set("description", "Mesh files to write beside record, report and pictures; an entry may carry options.");
-  schema.set("type", "array");
-  schema.set("items", any_of({item, with_options}));
-  schema.set("minItems", 1);
-  schema.set("uniqueItems", true);
-  return schema;
-}
-
 }  // namespace
 
 Node what_schema() {
@@ -114,6 +89,7 @@ Node what_schema() {
   section("optimise", optimise::Params::fields(), &defaults.optimise, "Edge swaps on the finished mesh.");
   section("verify", verify::Params::fields(), &defaults.verify,
           "Gates: a mesh beyond one is kept, marked as rejected, and the run ends with exit code 4.");
+  properties.find("verify")->find("properties")->set("sections", sections_schema());
   section("sensor", Sensor::fields(), &defaults.sensor, "What is known of the sensor.");
   properties.set("outputs", outputs_schema());
   return properties;

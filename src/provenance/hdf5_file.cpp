@@ -14,6 +14,7 @@
 #include <utility>
 
 #include "base/digest.hpp"
+#include "provenance/record_content.hpp"
 
 namespace scanmill::provenance {
 namespace {
@@ -163,6 +164,7 @@ struct Hdf5File::Impl {
   std::string path;
   Handle file;
   Sha256 digest;
+  std::vector<std::string> items;  // content_item() of everything but second names
   bool closed = false;
 
   Impl(std::string name, Handle handle) : path(std::move(name)), file(std::move(handle)) {}
@@ -175,6 +177,10 @@ struct Hdf5File::Impl {
     for (const std::uint64_t extent : shape) head += std::to_string(extent) += ',';
     digest.add(std::string_view(head += "]\n"));
     digest.add(bytes);
+  }
+  void note_item(const std::string& at, const std::string& attribute, const std::string& type,
+                 const std::vector<std::uint64_t>& shape, std::string_view bytes) {
+    items.push_back(content_item(at, attribute, type, shape, sha256_hex(bytes)));
   }
 
   /// The one place where a dataset or attribute is made and filled.
@@ -235,6 +241,7 @@ Result<void> Hdf5File::group(const std::string& path) {
   Handle group(H5Gcreate2(impl_->file.get(), path.c_str(), H5P_DEFAULT, creation.get(), H5P_DEFAULT), H5Gclose);
   if (!group.valid() || !group.close()) return hdf5_error(impl_->path, "make group " + path);
   impl_->digest_item("group", path, "", "-", {}, {});
+  impl_->note_item(path, "", "group", {}, {});
   return {};
 }
 
@@ -253,6 +260,8 @@ Result<void> Hdf5File::write_numbers(const std::string& path, const std::string&
   TRY(impl_->put(path, attribute, stored_type(element), bytes, shape, data));
   impl_->digest_item(attribute.empty() ? "dataset" : "attribute", path, attribute, type_word(element), shape,
                      {static_cast<const char*>(data), static_cast<std::size_t>(product(shape) * bytes)});
+  impl_->note_item(path, attribute, type_word(element), shape,
+                   {static_cast<const char*>(data), static_cast<std::size_t>(product(shape) * bytes)});
   return {};
 }
 
@@ -270,6 +279,7 @@ Result<void> Hdf5File::write_texts(const std::string& path, const std::string& a
       scalar ? std::vector<std::uint64_t>{} : std::vector<std::uint64_t>{list.size()};
   const Handle type = text_type(length, ascii);
   TRY(impl_->put(path, attribute, type.get(), length, shape, padded.data()));
+  impl_->note_item(path, attribute, "text" + std::to_string(length), shape, padded);
   if (digested) {
     impl_->digest_item(attribute.empty() ? "dataset" : "attribute", path, attribute, "text" + std::to_string(length),
                        shape, padded);
@@ -296,6 +306,8 @@ Result<void> Hdf5File::attribute(const std::string& object, const std::string& n
 }
 
 std::string Hdf5File::identity() { return impl_->digest.hex(); }
+
+std::string Hdf5File::content() const { return content_digest(impl_->items); }
 
 Result<void> Hdf5File::close() {
   if (H5Fflush(impl_->file.get(), H5F_SCOPE_GLOBAL) < 0) return hdf5_error(impl_->path, "flush the file");

@@ -94,6 +94,10 @@ class Hdf5File {
   /// dataset and attribute. To be asked once, at the end.
   std::string identity();
 
+  /// SHA-256 over the same items, those kept out of the identity too, in the order of their texts: what any reader can
+  /// work out again (RecordReader::content). Second names of datasets are left out.
+  std::string content() const;
+
   /// Flush, close, sync to the disk. Only now is the file complete.
   Result<void> close();
 

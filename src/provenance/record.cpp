@@ -192,6 +192,47 @@ Result<void> write_loops(Hdf5File& file, const Record& r) {
   return file.dataset("/strays/size", column<Vec3>(r.strays, [](const Entry& e) { return e.size; }));
 }
 
+Result<void> write_sections(Hdf5File& file, const Record& r) {
+  if (r.sections.empty()) return {};
+  const auto& s = r.sections;
+  auto vectors = [&](const char* name, auto&& of) { return file.dataset(name, column<Vec3>(s, of)); };
+  auto numbers = [&](const char* name, auto&& of) { return file.dataset(name, column<double>(s, of)); };
+  TRY(file.group("/sections"));
+  TRY(file.texts("/sections/name", column<std::string>(s, [](const Section& e) { return e.frame.name; })));
+  TRY(vectors("/sections/origin", [](const Section& e) { return e.frame.origin; }));
+  TRY(vectors("/sections/normal", [](const Section& e) { return e.frame.normal; }));
+  TRY(numbers("/sections/slab_mm", [](const Section& e) { return e.frame.slab_mm; }));
+  TRY(numbers("/sections/length_mm", [](const Section& e) { return e.length_mm; }));
+  TRY(file.dataset("/sections/points", column<std::uint64_t>(s, [](const Section& e) { return e.points_in_slab; })));
+  TRY(file.dataset("/sections/points_at_open_border",
+                   column<std::uint64_t>(s, [](const Section& e) { return e.points_at_open_border; })));
+  TRY(numbers("/sections/max_mm", [](const Section& e) { return e.max_mm; }));
+  TRY(numbers("/sections/rms_mm", [](const Section& e) { return e.rms_mm; }));
+  const SectionPoint none;
+  auto worst = [&](const Section& e) -> const SectionPoint& { return e.worst ? *e.worst : none; };
+  TRY(vectors("/sections/worst", [&](const Section& e) { return worst(e).place; }));
+  TRY(numbers("/sections/worst_signed_mm", [&](const Section& e) { return worst(e).signed_mm; }));
+  TRY(file.dataset("/sections/worst_view",
+                   column<std::uint32_t>(s, [&](const Section& e) { return index_of(worst(e).source.view); })));
+  TRY(file.dataset("/sections/worst_row",
+                   column<std::uint64_t>(s, [&](const Section& e) { return worst(e).source.row; })));
+  std::vector<std::uint32_t> of_line;
+  std::vector<std::uint8_t> closed;
+  std::vector<std::uint64_t> offsets{0};
+  std::vector<Vec3> places;
+  for (std::size_t n = 0; n < s.size(); ++n)
+    for (const SectionLine& line : s[n].lines) {
+      of_line.push_back(static_cast<std::uint32_t>(n));
+      closed.push_back(line.closed);
+      for (const Uv& p : line.points) places.push_back(s[n].frame.place(p));
+      offsets.push_back(places.size());
+    }
+  TRY(file.dataset("/sections/line_section", of_line));
+  TRY(file.dataset("/sections/line_closed", closed));
+  TRY(file.dataset("/sections/line_offsets", offsets));
+  return file.dataset("/sections/line_points", places);
+}
+
 Result<void> write_stages(Hdf5File& file, const Record& r) {
   std::vector<std::pair<std::string, std::string>> stages = r.stage_versions;
   for (const Counter& counter : r.counters) {
@@ -237,10 +278,12 @@ Result<std::string> write_record(const Record& record, const std::string& path) 
   TRY(write_mesh(file, record));
   TRY(write_patches(file, record));
   TRY(write_loops(file, record));
+  TRY(write_sections(file, record));
   TRY(write_stages(file, record));
   TRY(write_notes(file, record));
   const std::string identity = file.identity();
   TRY(file.attribute("/", "identity", identity, false));
+  TRY(file.attribute("/", "content", file.content(), false));
   TRY(file.close());
   return identity;
 }

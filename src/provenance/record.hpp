@@ -13,6 +13,7 @@
 #include "base/result.hpp"
 #include "geom/vec3.hpp"
 #include "mesh/mesh.hpp"
+#include "mesh/section.hpp"
 
 namespace scanmill::provenance {
 
@@ -72,6 +73,7 @@ struct Record {
   std::vector<std::uint32_t> growth_rank;                 // per triangle; may be empty
   std::vector<BorderLoop> loops;
   std::vector<StrayEntry> strays;
+  std::vector<Section> sections;  // may be empty: nothing of them is written then
   std::vector<Counter> counters;
   std::vector<std::string> notes;
   std::vector<std::pair<std::string, std::string>> stage_versions;  // stage name, version

@@ -2,10 +2,10 @@
 // PNG (ISO/IEC 15948): signature, IHDR, one IDAT with the deflated filtered rows, IEND.
 #include "render/png.hpp"
 
-#include <zlib.h>
-
 #include <cstdlib>
 #include <string>
+
+#include "base/deflate.hpp"
 
 namespace scanmill::render {
 namespace {
@@ -22,8 +22,8 @@ void add_chunk(std::string& out, const char* type, std::string_view body) {
   add_u32(out, static_cast<std::uint32_t>(body.size()));
   const std::size_t start = out.size();
   out.append(type, 4).append(body);
-  const auto* bytes = reinterpret_cast<const Bytef*>(out.data() + start);
-  add_u32(out, static_cast<std::uint32_t>(crc32(0, bytes, static_cast<uInt>(body.size() + 4))));
+  const std::uint32_t crc = crc32_of(0, std::span<const char>(out.data() + start, body.size() + 4));
+  add_u32(out, crc);
 }
 
 /// The row less the byte one pixel to the left (filter 1) or the row above (2); returns the sum of magnitudes.
@@ -69,14 +69,10 @@ Result<void> write_png(const Image& image, ByteSink& sink) {
     return fail(Code::Unsupported, "a picture of more than 2 GB of pixels; choose a smaller width and height",
                 sink.name());
   const std::vector<std::uint8_t> raw = filtered(image);
-  uLongf size = compressBound(static_cast<uLong>(raw.size()));
-  std::string deflated(size, '\0');
-  const int state =
-      compress2(reinterpret_cast<Bytef*>(deflated.data()), &size, raw.data(), static_cast<uLong>(raw.size()), kLevel);
-  if (state != Z_OK)
-    return fail(state == Z_MEM_ERROR ? Code::NoSpace : Code::Internal,
-                "zlib could not compress the picture (code " + std::to_string(state) + ")", sink.name());
-  deflated.resize(size);
+  std::string deflated;
+  TRY_ASSIGN(Deflater deflater, Deflater::begin(Wrapping::Zlib, kLevel));
+  TRY(deflater.add(std::span<const char>(reinterpret_cast<const char*>(raw.data()), raw.size()), deflated));
+  TRY(deflater.finish(deflated));
   std::string out("\x89PNG\r\n\x1a\n", 8), header;
   out.reserve(deflated.size() + 64);
   add_u32(header, static_cast<std::uint32_t>(image.width));

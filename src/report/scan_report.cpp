@@ -35,6 +35,7 @@ void add_navigation(const ScanReport& report, std::string& out) {
   link(!report.pictures.empty(), "pictures", "Pictures");
   link(!report.gates.empty(), "gates", "Gates");
   link(report.fit.has_value(), "fit", "Fit error");
+  link(!report.sections.empty(), "sections", "Sections");
   link(true, "points", "Points");
   link(true, "mesh", "Mesh");
   link(true, "loops", "Open loops");
@@ -79,6 +80,11 @@ Result<void> write_scan_report(const ScanReport& report, ByteSink& sink) {
   }
   add_gates(report, out);
   add_fit(report, out);
+  add_section_rows(report, out);
+  for (const SectionRow& section : report.sections) {
+    add_picture(section.picture, out);
+    TRY(flush());
+  }
   add_points(report, out);
   add_mesh(report, out);
   add_loops(report, out);

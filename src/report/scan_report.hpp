@@ -141,6 +141,17 @@ struct Swaps {
   std::optional<double> angle_p5_before_deg, angle_p5_after_deg;
 };
 
+/// A plane cut through mesh and points, with its picture.
+struct SectionRow {
+  std::string name;
+  double slab_mm = 0, length_mm = 0;
+  std::uint64_t points = 0;
+  double max_mm = 0, rms_mm = 0, magnify = 1;
+  std::optional<Vec3> worst;
+  double worst_signed_mm = 0;
+  Picture picture;
+};
+
 /// A *what* key in force.
 struct Parameter {
   std::string key, symbol;  // "reduce.min_neighbour_distance", "c2" or empty
@@ -180,6 +191,7 @@ struct ScanReport {
   Mesh mesh;
   std::optional<Fit> fit;
   std::vector<PatchRow> patches;
+  std::vector<SectionRow> sections;
   std::vector<Swaps> swaps;
   std::optional<Creases> creases_before, creases_after;  // the feature pass
   std::vector<Parameter> parameters;

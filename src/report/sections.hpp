@@ -23,6 +23,9 @@ void add_loops(const ScanReport& report, std::string& out);
 void add_patches(const ScanReport& report, std::string& out);
 void add_swaps(const ScanReport& report, std::string& out);
 
+// section_rows.cpp: cuts through mesh and points, without their pictures
+void add_section_rows(const ScanReport& report, std::string& out);
+
 // origin.cpp: what went in and how to get it again
 void add_parameters(const ScanReport& report, std::string& out);
 void add_files(const ScanReport& report, std::string& out);

@@ -17,6 +17,7 @@
 #include "runner/output_tree.hpp"
 #include "runner/quarantine.hpp"
 #include "runner/run_files.hpp"
+#include "runner/ro_crate.hpp"
 #include "runner/run_report.hpp"
 #include "runner/scan_messages.hpp"
 #include "runner/scheduler.hpp"
@@ -245,6 +246,16 @@ class Driver {
     return saved ? kExitGood : refuse(saved.error(), kExitInternal);
   }
 
+  /// The results that stand, for catalogues.
+  Result<void> save_crate() const {
+    std::vector<CrateScan> scans;
+    for (const ScanEntry& entry : report_.scans)
+      if (auto state = load_state(tree_.scan(entry.name)))
+        scans.push_back({entry.name, entry.fate == ScanFate::Done, std::move(*state)});
+    const Node crate = ro_crate_of(report_, scans, {"run.json"});
+    return store::write_text(tree_.root() + "/ro-crate-metadata.json", document::to_json(crate, 1) + "\n");
+  }
+
   /// The worst code in the order 130/143, 1, 3, 4; state files, run.json, last line.
   int finish(int code) {
     const int signal = stop_.signal.load();
@@ -266,6 +277,7 @@ class Driver {
       if (kept) kept = write_run_files(report_, work_, tree_, notes);
       report_.has_page = kept.ok() && store::exists(tree_.page_file());
       for (const std::string& note : notes) console_.note("", note);
+      if (kept && !options_.dry_run) kept = save_crate();
       if (!kept) {
         console_.complain(kept.error());
         if (code < 128) report_.exit_code = code = kExitInternal;

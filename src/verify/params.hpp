@@ -3,8 +3,10 @@
 #pragma once
 #include <optional>
 #include <span>
+#include <vector>
 
 #include "base/fields.hpp"
+#include "verify/section_rule.hpp"
 
 namespace scanmill::verify {
 
@@ -15,6 +17,7 @@ inline constexpr double kPaperAccuracy = 0.0508;
 struct Params {
   std::optional<double> max_error_mm;  // greatest distance of any input point from the mesh
   std::optional<double> rms_mm;        // root of the mean square over all input points
+  std::vector<SectionRule> sections;   // planes to draw; not in fields()
   static std::span<const Field> fields();
 };
 

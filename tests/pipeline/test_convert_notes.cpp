@@ -61,7 +61,7 @@ TEST(ConvertTarget, FollowsTheSuffix) {
   EXPECT_EQ(*convert_target_of("a.ply", true, false), ConvertTarget::PlyPoints);
   EXPECT_EQ(convert_target_of("a.stl", true, false).error().code, Code::BadUsage);
   EXPECT_EQ(convert_target_of("a.plly", false, false).error().message,
-            "found the suffix \"plly\"; allowed stl, obj, ply; nearest ply");
+            "found the suffix \"plly\"; allowed stl, ply, obj, igs, iges, dxf, 3mf; nearest ply");
 }
 
 }  // namespace

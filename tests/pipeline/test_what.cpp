@@ -47,7 +47,7 @@ TEST(WhatFrom, ProfilePaperSetsItsRulesAndSingleKeysOverride) {
 TEST(WhatFrom, ReportsEveryProblemWithPlaceAllowedAndNearest) {
   const std::string text = error_of(
       "lattice:\n  bin_m: 1\ngrow: {range_bins: 2.6, engine: star, min_angle_deg: five}\nunits: mn\nprofile: papr\n"
-      "outputs: [iges, stll]\nreduce: 7\nmerge: {fill_holes_up_to_bins: 2}\n");
+      "outputs: [step, stll]\nreduce: 7\nmerge: {fill_holes_up_to_bins: 2}\n");
   for (const char* line :
        {"job.yaml:2:3: lattice.bin_m: unknown key; allowed bin_mm, target_points, target_bins, origin; nearest bin_mm",
         "job.yaml:2:3: lattice: found no bin size", "job.yaml:3:20: grow.range_bins: found 2.6; allowed (0, 2.5]",
@@ -55,9 +55,9 @@ TEST(WhatFrom, ReportsEveryProblemWithPlaceAllowedAndNearest) {
         "grow.min_angle_deg: found five; allowed a number in [0, 45]",
         "job.yaml:4:8: units: found mn; allowed mm, cm, m, um, in; nearest mm",
         "profile: found papr; allowed scan, paper; nearest paper",
-        "outputs: found iges; not written by this version; allowed stl, ply, obj",
-        "outputs: found stll; allowed stl, ply, obj; nearest stl", "reduce: found 7; allowed a map of representative",
-        "merge.fill_holes_up_to_bins: not in this version"})
+        "outputs: found step; allowed stl, ply, obj, iges, dxf, 3mf, vdb",
+        "outputs: found stll; allowed stl, ply, obj, iges, dxf, 3mf, vdb; nearest stl",
+        "reduce: found 7; allowed a map of representative", "merge.fill_holes_up_to_bins: not in this version"})
     EXPECT_NE(text.find(line), std::string::npos) << line << "\nin\n" << text;
   EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 10) << text;
 }
@@ -69,6 +69,50 @@ TEST(WhatFrom, BinSizesAndNormalLimitsExcludeEachOther) {
       std::string::npos);
   EXPECT_TRUE(what("lattice: {bin_mm: off, target_bins: 3000}\n").ok());
   EXPECT_TRUE(what_from(document::Node::map(), "x", false).ok());
+}
+
+TEST(WhatFrom, OutputsTakeTheirStyleAndKeepIt) {
+  const auto w = what("lattice: {bin_mm: 1}\noutputs: [stl, {iges: {style: wire}}]\n");
+  ASSERT_TRUE(w.ok()) << w.error().text();
+  EXPECT_EQ(w->outputs, (std::vector<Output>{{"stl", false, ""}, {"iges", false, "wire"}}));
+  EXPECT_EQ(file_name_of(w->outputs[1]), "mesh.igs");
+  const std::string tree = document::to_canonical_json(to_document(*w));
+  EXPECT_NE(tree.find(R"("outputs":["stl",{"iges":{"style":"wire"}}])"), std::string::npos) << tree;
+  EXPECT_EQ(what("lattice: {bin_mm: 1}\noutputs: [iges]\n")->outputs[0].style, "brep") << "the default is written out";
+  const std::string text =
+      error_of("lattice: {bin_mm: 1}\noutputs: [{iges: {style: brp}}, {iges: {stile: wire}}, {ply: {style: brep}}]\n");
+  for (const char* line : {"outputs.iges.style: found brp; allowed brep, trimmed, patches, wire; nearest brep",
+                           "outputs.iges.stile: unknown key; allowed style; nearest style",
+                           "outputs: found options for ply; it takes none", "iges is asked for twice"})
+    EXPECT_NE(text.find(line), std::string::npos) << line << "\nin\n" << text;
+}
+
+TEST(WhatFrom, SectionsComeByPlaceCountAndFeature) {
+  const auto w = what(
+      "lattice: {bin_mm: 1}\nverify:\n  rms_mm: 2\n  sections:\n    - {axis: y, at_mm: -1.5, name: side}\n"
+      "    - {axis: x, count: 3, slab_mm: 0.5}\n    - {axis: [1, 1, 0], through: worst, magnify: 20}\n"
+      "    - {axis: z, through: [1, 2, 3]}\n");
+  ASSERT_TRUE(w.ok()) << w.error().text();
+  ASSERT_EQ(w->verify.sections.size(), 4u);
+  EXPECT_EQ(w->verify.sections[0].at_mm, -1.5);
+  EXPECT_EQ(w->verify.sections[1].count, 3);
+  EXPECT_EQ(w->verify.sections[3].point, (Vec3{1, 2, 3}));
+  const std::string tree = document::to_canonical_json(to_document(*w));
+  const auto again = what_from(document::parse_yaml(tree, "again").value(), "again");
+  ASSERT_TRUE(again.ok()) << again.error().text();
+  EXPECT_EQ(again->verify.sections, w->verify.sections) << tree;
+  EXPECT_EQ(what("lattice: {bin_mm: 1}\nverify: {sections: {axis: z, count: 2}}\n")->verify.sections.size(), 1u);
+  EXPECT_TRUE(what("lattice: {bin_mm: 1}\nverify: {sections: off}\n")->verify.sections.empty());
+  const std::string text = error_of(
+      "lattice: {bin_mm: 1}\nverify:\n  sections:\n    - {axis: w, count: 2}\n    - {axis: x}\n    - {count: 101, "
+      "axis: x}\n"
+      "    - {axis: z, through: wurst}\n    - {axis: z, at_mm: 1, count: 1, slab: 3}\n");
+  for (const char* line :
+       {"job.yaml:4:14: verify.sections[0].axis: found w; allowed x, y, z, a direction",
+        "verify.sections[1]: found no place", "verify.sections[2].count: found 101; allowed whole numbers in [1, 100]",
+        "verify.sections[3].through: found wurst; allowed worst, loop, a point [x, y, z] in mm; nearest worst",
+        "verify.sections[4]: found more than one place", "verify.sections[4].slab: unknown key", "nearest slab_mm"})
+    EXPECT_NE(text.find(line), std::string::npos) << line << "\nin\n" << text;
 }
 
 TEST(WhatFrom, SeedsComeInThreeForms) {

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+// Records read again: texts by path, and the digest of everything. Nothing of the library shows here.
+#pragma once
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "base/result.hpp"
+
+namespace scanmill::provenance {
+
+/// Every member fails with BadInput naming the file when something is not as scanmill writes it. Not for use by several
+/// threads at once.
+class RecordReader {
+ public:
+  /// errors  IoFailed when the file cannot be opened, BadInput when it is no complete HDF5 file
+  static Result<RecordReader> open(const std::string& path);
+  RecordReader(RecordReader&&) noexcept;
+  RecordReader& operator=(RecordReader&&) = delete;
+  ~RecordReader();
+
+  /// A text dataset: one text, or a list of them.
+  Result<std::vector<std::string>> texts(const std::string& dataset) const;
+  Result<std::string> attribute(const std::string& object, const std::string& name) const;
+  bool has_attribute(const std::string& object, const std::string& name) const;
+  /// Names in a group, in the order of their bytes.
+  Result<std::vector<std::string>> children(const std::string& group) const;
+  /// Lines of record_content.hpp for everything but the root attribute `content`.
+  Result<std::vector<std::string>> content() const;
+
+ private:
+  struct Impl;
+  explicit RecordReader(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace scanmill::provenance

@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "render/section.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <vector>
+
+#include "mesh/section_drawing.hpp"
+#include "render/colours.hpp"
+#include "render/overlay.hpp"
+#include "render/strokes.hpp"
+
+namespace scanmill::render {
+namespace {
+
+constexpr Rgb kSlabPoint{138, 146, 156}, kOutside{193, 18, 31}, kInside{29, 78, 160}, kWorst{224, 112, 0};
+
+/// Plane to pixels.
+struct Window {
+  double left = 0, top = 0, width = 0, height = 0, scale = 1;
+  Uv middle;
+  double x(Uv p) const { return left + width / 2 + (p.u - middle.u) * scale; }
+  double y(Uv p) const { return top + height / 2 - (p.v - middle.v) * scale; }
+  Segment between(Uv a, Uv b) const { return {x(a), y(a), x(b), y(b)}; }
+};
+
+Window window_of(const Section& section, double width, double text) {
+  const DrawnBounds bounds = drawn_bounds(section);
+  Window w;
+  const double margin = 1.6 * text;
+  w.left = margin;
+  w.top = 6.2 * text;
+  w.width = width - 2 * margin;
+  w.height = width / 4 - 10.5 * text;
+  if (bounds.empty()) return w;
+  const double du = std::max(bounds.high.u - bounds.low.u, 1e-9), dv = std::max(bounds.high.v - bounds.low.v, 1e-9);
+  w.scale = std::min(w.width / du, (width - 11 * text) / dv);
+  w.height = std::max(w.height, dv * w.scale);
+  w.middle = {(bounds.low.u + bounds.high.u) / 2, (bounds.low.v + bounds.high.v) / 2};
+  return w;
+}
+
+void draw_deviations(const Section& section, const Window& w, double pen, Image& image) {
+  std::vector<Segment> out, in;
+  for (const SectionPoint& point : section.points)
+    if (point.has_foot && point.signed_mm != 0)
+      (point.signed_mm > 0 ? out : in).push_back(w.between(point.foot, deviation_end(section, point)));
+  draw_strokes(image, out, pen, kOutside);
+  draw_strokes(image, in, pen, kInside);
+}
+
+void draw_lines(const Section& section, const Window& w, double pen, Image& image) {
+  std::vector<Segment> segments;
+  for (const SectionLine& line : section.lines) {
+    for (std::size_t n = 0; n + 1 < line.points.size(); ++n)
+      segments.push_back(w.between(line.points[n], line.points[n + 1]));
+    if (line.closed && line.points.size() > 1) segments.push_back(w.between(line.points.back(), line.points.front()));
+  }
+  draw_strokes(image, segments, pen, kInk);
+}
+
+void draw_ring(double x, double y, double radius, double pen, Image& image) {
+  // A circle as 32 chords from products of one small turn: no library functions.
+  constexpr double kCos = 0.98078528040323044913, kSin = 0.19509032201612826785;  // of 11.25 degrees
+  std::array<Segment, 32> ring;
+  double dx = radius, dy = 0;
+  for (Segment& chord : ring) {
+    const double nx = dx * kCos - dy * kSin, ny = dx * kSin + dy * kCos;
+    chord = {x + dx, y + dy, x + nx, y + ny};
+    dx = nx;
+    dy = ny;
+  }
+  draw_strokes(image, ring, pen, kWorst);
+}
+
+void draw_worst(const Section& section, const Window& w, double text, Image& image) {
+  const SectionPoint& worst = *section.worst;
+  const Uv end = worst.has_foot ? deviation_end(section, worst) : worst.at;
+  const double x = w.x(end), y = w.y(end);
+  if (worst.has_foot) {
+    const Segment whisker = w.between(worst.foot, end);
+    draw_strokes(image, {&whisker, 1}, std::max(1.4, text / 6), kWorst);
+  }
+  draw_ring(x, y, 0.9 * text, std::max(1.6, text / 5), image);
+  const std::string words = worst_text(worst);
+  const double width = text_width(words, text * 1.1);
+  // Towards the middle, where sections are mostly empty; a leader leads back to the ring.
+  const double middle_x = w.left + w.width / 2, middle_y = w.top + w.height / 2;
+  const bool to_left = x > middle_x;
+  const double at = std::clamp(to_left ? x - 8 * text - width : x + 8 * text, text, image.width - text - width);
+  const double base = std::clamp(y + (y > middle_y ? -7.5 : 7.5) * text, w.top + 1.2 * text, w.top + w.height);
+  const double dx = (to_left ? at + width : at) - x, dy = base - text / 2 - y, length = std::sqrt(dx * dx + dy * dy);
+  if (length > 1.2 * text) {
+    const double from = 0.9 * text / length;
+    const Segment leader{x + dx * from, y + dy * from, x + dx, y + dy};
+    draw_strokes(image, {&leader, 1}, std::max(1.0, text / 9), kWorst);
+  }
+  fill_box(image, at - 0.3 * text, base - 1.4 * text, at + width + 0.3 * text, base + 0.45 * text, kPaper);
+  draw_text(image, at, base, words, text * 1.1, kWorst);
+}
+
+void draw_bar(const Window& w, double text, Image& image) {
+  const double length = rounded_down_125(w.width / 5 / w.scale), pixels = length * w.scale;
+  const double x = w.left, y = image.height - 1.8 * text, half = 0.45 * text;
+  const std::array<Segment, 3> bar{
+      {{x, y, x + pixels, y}, {x, y - half, x, y + half}, {x + pixels, y - half, x + pixels, y + half}}};
+  draw_strokes(image, bar, std::max(1.4, text / 7), kInk);
+  draw_text(image, x + pixels + text, y + text / 2, length_text(length, length) + " mm", text, kInk);
+}
+
+}  // namespace
+
+Result<Image> render_section(const Section& section, int width) {
+  if (width < 320 || width > 16384)
+    return fail(Code::BadParameter, "found a width of " + std::to_string(width) + "; allowed 320 .. 16384 pixels");
+  const double text = std::clamp(width / 96.0, 8.0, 60.0);
+  const Window w = window_of(section, width, text);
+  Image image(width, static_cast<int>(w.top + w.height + 4.2 * text), kPaper);
+  const double room = width - 3.2 * text;
+  draw_text(image, 1.6 * text, 2.6 * text, text_within(section.frame.name, 1.25 * text, room), 1.25 * text, kInk);
+  draw_text(image, 1.6 * text, 4.8 * text, text_within(section_figures(section), 0.92 * text, room), 0.92 * text,
+            kFaintInk);
+  std::vector<Segment> dots;
+  for (const SectionPoint& point : section.points) dots.push_back(w.between(point.at, point.at));
+  draw_strokes(image, dots, std::max(2.0, text / 4.5), kSlabPoint);
+  draw_deviations(section, w, std::max(0.9, text / 11), image);
+  draw_lines(section, w, std::max(1.5, text / 6), image);
+  if (section.worst) draw_worst(section, w, text, image);
+  draw_bar(w, text, image);
+  return image;
+}
+
+}  // namespace scanmill::render

@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "runner/ro_crate.hpp"
+
+#include <string_view>
+
+#include "base/text.hpp"
+
+namespace scanmill::runner {
+namespace {
+
+using document::Node;
+
+constexpr const char* kProfile = "https://w3id.org/ro/wfrun/process/0.5";
+
+/// A path as the path of a URI: everything but letters, digits, "-._~" and '/' by number.
+std::string uri_of(std::string_view path) {
+  constexpr std::string_view kDigits = "0123456789ABCDEF";
+  std::string text;
+  for (const char c : path) {
+    const auto byte = static_cast<unsigned char>(c);
+    const bool plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
+                       std::string_view("-._~/").find(c) != std::string_view::npos;
+    if (plain) {
+      text += c;
+    } else {
+      text += '%';
+      text += kDigits[byte >> 4];
+      text += kDigits[byte & 15];
+    }
+  }
+  return text;
+}
+
+std::string media_type_of(std::string_view name) {
+  for (const auto& [suffix, type] :
+       {std::pair(".stl", "model/stl"), std::pair(".ply", "model/x-ply"), std::pair(".obj", "model/obj"),
+        std::pair(".igs", "model/iges"), std::pair(".dxf", "image/vnd.dxf"), std::pair(".3mf", "model/3mf"),
+        std::pair(".h5", "application/x-hdf5"), std::pair(".html", "text/html"), std::pair(".png", "image/png"),
+        std::pair(".svg", "image/svg+xml"), std::pair(".json", "application/json")})
+    if (name.ends_with(suffix)) return type;
+  return "application/octet-stream";
+}
+
+Node reference(const std::string& id) {
+  Node node = Node::map();
+  node.set("@id", id);
+  return node;
+}
+
+Node entity(const std::string& id, const char* type) {
+  Node node = reference(id);
+  node.set("@type", type);
+  return node;
+}
+
+Node file_entity(const std::string& id, const char* type, const std::string& name, std::uint64_t bytes,
+                 const std::string& sha256) {
+  Node node = entity(id, type);
+  node.set("name", name);
+  node.set("encodingFormat", media_type_of(name));
+  node.set("contentSize", std::to_string(bytes));
+  node.set("sha256", sha256);
+  return node;
+}
+
+/// The action of a scan; its files go to the graph and, where they lie in the tree, to the parts of the whole.
+Node action_of(const RunReport& report, const CrateScan& scan, Node& graph, Node& parts) {
+  Node action = entity("#scan/" + uri_of(scan.name), "CreateAction");
+  action.set("name", "mesh and record of scan " + scan.name);
+  action.set("instrument", reference("#scanmill"));
+  action.set("actionStatus", "http://schema.org/CompletedActionStatus");
+  if (scan.made_now) {
+    action.set("startTime", report.started);
+    action.set("endTime", report.ended);
+  }
+  action.set("identifier", scan.state.record_identity);
+  Node objects = Node::sequence(), results = Node::sequence();
+  for (const InputFile& input : scan.state.fingerprint.inputs) {
+    if (input.sha256.empty()) continue;  // missing
+    const std::string id = "#input/" + uri_of(scan.name) + "/" + uri_of(input.path);
+    objects.push(reference(id));
+    graph.push(file_entity(id, "MediaObject", input.path, input.bytes, input.sha256));
+  }
+  for (const OutputFile& output : scan.state.outputs) {
+    const std::string id = uri_of("scans/" + scan.name + "/" + output.name);
+    results.push(reference(id));
+    parts.push(reference(id));
+    graph.push(file_entity(id, "File", output.name, output.bytes, output.sha256));
+  }
+  action.set("object", std::move(objects));
+  action.set("result", std::move(results));
+  return action;
+}
+
+}  // namespace
+
+Node ro_crate_of(const RunReport& report, const std::vector<CrateScan>& scans,
+                 const std::vector<std::string>& files_of_run) {
+  Node graph = Node::sequence(), parts = Node::sequence(), actions = Node::sequence();
+  Node metadata = entity("ro-crate-metadata.json", "CreativeWork");
+  metadata.set("about", reference("./"));
+  metadata.set("conformsTo", reference("https://w3id.org/ro/crate/1.1"));
+  graph.push(std::move(metadata));
+  Node profile = entity(kProfile, "CreativeWork");
+  profile.set("name", "Process Run Crate");
+  profile.set("version", "0.5");
+  graph.push(std::move(profile));
+  Node tool = entity("#scanmill", "SoftwareApplication");
+  tool.set("name", "scanmill");
+  tool.set("softwareVersion", report.version);
+  graph.push(std::move(tool));
+  for (const std::string& name : files_of_run) {
+    parts.push(reference(uri_of(name)));
+    Node file = entity(uri_of(name), "File");
+    file.set("name", name);
+    file.set("encodingFormat", media_type_of(name));
+    graph.push(std::move(file));
+  }
+  for (const CrateScan& scan : scans) {
+    Node action = action_of(report, scan, graph, parts);
+    actions.push(reference("#scan/" + uri_of(scan.name)));
+    graph.push(std::move(action));
+  }
+  Node root = entity("./", "Dataset");
+  root.set("name", "scanmill run of " + report.job_path);
+  root.set("description", counted(scans.size(), "scan") + " with mesh, record and report");
+  root.set("datePublished", report.ended);
+  root.set("license", "not stated: the files belong to whoever made the scans");
+  root.set("conformsTo", reference(kProfile));
+  root.set("hasPart", std::move(parts));
+  root.set("mentions", std::move(actions));
+  graph.push(std::move(root));
+  Node own = Node::map();
+  own.set("sha256", "https://schema.org/sha256");
+  Node context = Node::sequence();
+  context.push("https://w3id.org/ro/crate/1.1/context");
+  context.push(std::move(own));
+  Node crate = Node::map();
+  crate.set("@context", std::move(context));
+  crate.set("@graph", std::move(graph));
+  return crate;
+}
+
+}  // namespace scanmill::runner

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+// ro-crate-metadata.json: what an archive's catalogue reads of a run (RO-Crate 1.1, Process Run Crate 0.5).
+#pragma once
+#include <string>
+#include <vector>
+
+#include "document/document.hpp"
+#include "runner/run_report.hpp"
+#include "runner/scan_state.hpp"
+
+namespace scanmill::runner {
+
+/// A result that stands.
+struct CrateScan {
+  std::string name;
+  bool made_now = false;  // by this run, so its times are the action's
+  ScanState state;
+};
+
+/// One CreateAction per scan with its inputs and outputs, all with SHA-256 and size; paths are relative to the output
+/// tree. `files_of_run`: others of the tree, by name.
+document::Node ro_crate_of(const RunReport& report, const std::vector<CrateScan>& scans,
+                           const std::vector<std::string>& files_of_run);
+
+}  // namespace scanmill::runner

@@ -1,0 +1,134 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
+"""Records proven, and every kind of change noticed.  usage: audits.py CASE"""
+import hashlib
+import json
+import os
+import shutil
+import sys
+import tempfile
+
+import h5py
+
+from end_to_end import make_archive, run, values_of, write_job
+
+KEPT = f"{os.environ['SCANMILL_ROOT']}/tests/provenance/kept"
+KEYS = "lattice: {bin_mm: 1.5}\noutputs: [stl, {iges: {style: patches}}, 3mf, vdb]\nverify: {sections: [{axis: z, count: 1}]}\n"
+
+
+def flip(path, at):
+    with open(path, "r+b") as file:
+        file.seek(at)
+        byte = file.read(1)
+        file.seek(at)
+        file.write(bytes([byte[0] ^ 1]))
+
+
+def records_are_proven_and_made_again(work):
+    make_archive(f"{work}/a", ("sphere", "cube"))
+    # The archive's path in run.json is the job's: relative to where the job is run.
+    run("run", write_job(f"{work}/job.yaml", f"{work}/a", KEYS), "--out", f"{work}/o")
+    folders = [f"{work}/o/scans/{name}/plan" for name in ("sphere", "cube")]
+    data = os.environ.get("SCANMILL_DATA", "")
+    if os.path.isdir(f"{data}/range-views/bunny"):
+        job = write_job(f"{work}/bunny.yaml", f"{data}/range-views/bunny", "units: m\nlattice: {target_points: 3000}\n")
+        run("run", job, "--out", f"{work}/b")
+        folders.append(f"{work}/b/scans/bun")
+    for folder in folders:
+        told = values_of(run("audit", folder, "--json"))
+        assert told["proven"] and told["content_proven"] and told["inputs_proven"] == told["inputs"] > 1, told
+        told = values_of(run("audit", f"{folder}/record.h5", "--rerun", "--json", "--threads", 1))
+        assert told["proven"] and told["remade_the_same"] and told["remade_identity"] == told["identity"], told
+    # The record and its archive alone: away from the tree that made it.
+    os.makedirs(f"{work}/alone")
+    for name in os.listdir(folders[0]):
+        shutil.copy(f"{folders[0]}/{name}", f"{work}/alone/{name}")
+    assert "add --archive DIR" in run("audit", f"{work}/alone", want=2)
+    assert values_of(run("audit", f"{work}/alone", "--rerun", "--archive", f"{work}/a", "--json"))["proven"]
+
+
+def one_changed_byte_is_noticed(work):
+    make_archive(f"{work}/a")
+    run("run", write_job(f"{work}/job.yaml", f"{work}/a", KEYS), "--out", f"{work}/o")
+    folder = f"{work}/o/scans/sphere/plan"
+    view = f"{work}/a/sphere/s2.ply"
+    flip(view, os.path.getsize(view) - 7)
+    text = run("audit", folder, want=4)
+    assert "rejected: input sphere/s2.ply: was changed: its SHA-256 is " in text, text
+    assert "rejected: rerun: " in run("audit", folder, "--rerun", want=4)
+    flip(view, os.path.getsize(view) - 7)
+    run("audit", folder)
+    os.rename(view, view + ".away")
+    assert f"input sphere/s2.ply: is not in {work}/a" in run("audit", folder, want=4)
+    os.rename(view + ".away", view)
+    for name in ("mesh.stl", "mesh.igs", "mesh.3mf", "bins.vdb", "sections.svg", "sections.dxf"):
+        flip(f"{folder}/{name}", 200)
+        text = run("audit", folder, want=4)
+        assert f"rejected: output {name}: was changed" in text and text.count("rejected:") == 1, text
+        flip(f"{folder}/{name}", 200)
+    os.rename(f"{folder}/mesh.stl", f"{folder}/away")
+    assert "output mesh.stl: is not in" in run("audit", folder, want=4)
+    os.rename(f"{folder}/away", f"{folder}/mesh.stl")
+    # A parameter, as an editor of HDF5 files would change it.
+    shutil.copy(f"{folder}/record.h5", f"{work}/kept.h5")
+    with h5py.File(f"{folder}/record.h5", "r+") as record:
+        item = record["parameters/what_json"]
+        item[()] = item[()].replace(b'"bin_mm":1.5', b'"bin_mm":1.6')
+    assert "rejected: record: was changed after it was written" in run("audit", folder, want=4)
+    text = run("audit", folder, "--rerun", want=4)
+    assert "the record made again has the identity" in text and "rerun: mesh.stl made again" in text, text
+    shutil.copy(f"{work}/kept.h5", f"{folder}/record.h5")
+    # A measured value of the record.
+    with h5py.File(f"{folder}/record.h5", "r+") as record:
+        record["reduced/points"][7, 1] += 1e-9
+    text = run("audit", folder, "--rerun", want=4)
+    assert "record: was changed after it was written" in text, text
+    with open(f"{folder}/record.h5", "r+b") as record:
+        record.truncate(os.path.getsize(f"{folder}/record.h5") // 2)
+    assert "not a complete HDF5 file" in run("audit", folder, want=3)
+    assert "cannot be read" in run("audit", f"{work}/nowhere.h5", want=1)
+
+
+def kept_records_stay_readable(work):
+    """A record of every layout that was ever released; a new layout adds one, none is ever replaced."""
+    for name, layout, scan in (("record-1.h5", "scanmill-record-1", "ball"),):
+        shutil.copy(f"{KEPT}/{name}", f"{work}/record.h5")
+        with h5py.File(f"{work}/record.h5") as record:
+            assert record.attrs["Conventions"].decode() == layout
+        os.makedirs(f"{work}/empty", exist_ok=True)
+        text = run("audit", work, "--archive", f"{work}/empty", "--json", want=4)
+        told = values_of(text)
+        assert told["scan"] == scan and told["content_proven"], text
+        assert told["inputs_proven"] < told["inputs"] and "is not in" in text
+
+
+def the_crate_names_every_file_with_its_hash(work):
+    make_archive(f"{work}/a", ("sphere", "cube"))
+    os.rename(f"{work}/a/cube", f"{work}/a/cube two")
+    run("run", write_job(f"{work}/job.yaml", f"{work}/a", KEYS), "--out", f"{work}/o")
+    crate = json.load(open(f"{work}/o/ro-crate-metadata.json"))
+    entities = {entity["@id"]: entity for entity in crate["@graph"]}
+    assert len(entities) == len(crate["@graph"]), "ids are unique"
+    root = entities["./"]
+    assert entities["ro-crate-metadata.json"]["about"]["@id"] == "./"
+    actions = [entities[action["@id"]] for action in root["mentions"]]
+    assert len(actions) == 2 and all(action["@type"] == "CreateAction" for action in actions)
+    import urllib.parse
+
+    for action in actions:
+        assert entities[action["instrument"]["@id"]]["@type"] == "SoftwareApplication"
+        for kind, base in (("object", f"{work}/a"), ("result", f"{work}/o")):
+            assert len(action[kind]) > 5
+            for reference in action[kind]:
+                entity = entities[reference["@id"]]
+                path = f"{base}/" + (entity["name"] if kind == "object" else urllib.parse.unquote(entity["@id"]))
+                content = open(path, "rb").read()
+                assert entity["sha256"] == hashlib.sha256(content).hexdigest() and entity["contentSize"] == str(len(content))
+                assert kind == "object" or reference in root["hasPart"]
+    names = {entities[r["@id"]]["name"] for r in actions[0]["result"]}
+    assert {"mesh.stl", "mesh.igs", "record.h5", "report.html"} <= names, names
+
+
+if __name__ == "__main__":
+    with tempfile.TemporaryDirectory(prefix="scanmill-") as place:
+        globals()[sys.argv[1]](place)
