@@ -143,9 +143,10 @@ void add_tool_commands(CLI::App& app, Options& options) {
   simulate.add_option("--object", options.object, "figurine, handset, sphere, torus or cube.")->required();
   simulate.add_option("--out", options.output, "Folder for the views and the plan.")->required();
   simulate.add_option("--seed", options.seed, "Seed of the noise.");
-  CLI::App& bench = command(app, options, "bench", "How fast each stage is on this machine and on these points.");
+  CLI::App& bench =
+      command(app, options, "bench", "How fast each stage, or a whole job, is on this machine and on these points.");
   bench.add_option("stage", options.timing.stage,
-                   document::joined(pipeline::bench_stage_words()) + "; all unless given.");
+                   document::joined(pipeline::bench_stage_words()) + ", or a job file; all stages unless given.");
   bench.add_option("--file", options.timing.file,
                    "Cloud file, .conf file or scan plan; a made sphere of a million points unless given.");
   bench.add_option("--repeat", options.timing.repeats, "Times each stage runs; 5 if not given.")
@@ -226,6 +227,12 @@ Result<pipeline::ToolReport> run_stage(const std::string& name, const Options& o
                                  : pipeline::convert_cloud(o.input, what, o.output, context, progress);
 }
 
+/// A stage is a word; a job is a file.
+bool is_job_file(const std::string& word) {
+  return word.ends_with(".yaml") || word.ends_with(".yml") || word.ends_with(".json") ||
+         word.find('/') != std::string::npos;
+}
+
 int dispatch(const CLI::App& app, Options& options) {
   const std::string name = app.get_subcommands()[0]->get_name();
   if (name == "run") return run_run(options.common, options.run, g_stop);
@@ -236,14 +243,24 @@ int dispatch(const CLI::App& app, Options& options) {
     std::fputs(text->c_str(), stdout);
     return runner::kExitGood;
   }
+  if (name == "bench" && is_job_file(options.timing.stage)) {
+    if (!options.timing.file.empty())
+      return refuse("bench: found both a job and --file; a job names its archive itself", options.common.json);
+    runner::BenchJobOptions job;
+    job.job = options.timing.stage;
+    job.against = options.timing.against;
+    job.out = options.timing.out;
+    job.repeats = options.timing.repeats;
+    return run_bench_job(options.common, std::move(job), g_stop);
+  }
   const bool needs_bin = name == "reduce" || (name == "mesh" && !options.as_is);
-  const auto what = options.stage(name).what(needs_bin);
-  return run_tool(options.common, name, g_stop,
-                  [&](const Context& context, Progress& progress) -> Result<pipeline::ToolReport> {
-                    if (!what) return what.error();
-                    return run_stage(name, options, *what, context, progress);
-                  });
-}
+    const auto what = options.stage(name).what(needs_bin);
+    return run_tool(options.common, name, g_stop,
+                    [&](const Context& context, Progress& progress) -> Result<pipeline::ToolReport> {
+                      if (!what) return what.error();
+                      return run_stage(name, options, *what, context, progress);
+                    });
+  }
 
 }  // namespace
 

@@ -9,6 +9,7 @@
 #include "base/progress.hpp"
 #include "base/result.hpp"
 #include "pipeline/tools.hpp"
+#include "runner/bench_job.hpp"
 #include "runner/console.hpp"
 #include "runner/driver.hpp"
 
@@ -33,6 +34,8 @@ using Tool = std::function<Result<pipeline::ToolReport>(const Context&, Progress
 int run_tool(const CommonOptions& common, const std::string& name, const runner::Stop& stop, const Tool& tool);
 int run_check(const CommonOptions& common, const std::string& path, std::vector<std::string> sets);
 int run_run(const CommonOptions& common, runner::RunOptions options, const runner::Stop& stop);
+/// `options`: job, repeats and documents; the rest is filled in.
+int run_bench_job(const CommonOptions& common, runner::BenchJobOptions options, const runner::Stop& stop);
 
 /// One line per line of the error on stderr; the exit code of the error.
 int complain(runner::Console& console, const Error& error);

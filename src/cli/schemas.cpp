@@ -9,7 +9,7 @@
 namespace scanmill::cli {
 namespace {
 
-constexpr std::string_view kNames[] = {"job", "plan", "run", "stream", "bench"};
+constexpr std::string_view kNames[] = {"job", "plan", "run", "stream", "bench", "throughput"};
 
 }  // namespace
 
@@ -21,6 +21,7 @@ Result<std::string> schema_text(const std::string& name) {
   if (name == "run") return std::string(k_run_schema);
   if (name == "stream") return std::string(k_stream_schema);
   if (name == "bench") return std::string(k_bench_schema);
+  if (name == "throughput") return std::string(k_throughput_schema);
   std::string sentence = "schema: found " + name + "; allowed " + document::joined(kNames);
   if (const std::string_view nearest = nearest_name(name, kNames); !nearest.empty())
     sentence += "; nearest " + std::string(nearest);
