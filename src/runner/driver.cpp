@@ -327,7 +327,7 @@ class Driver {
       report_.written = report_.written || kept.ok();
       std::vector<std::string> notes;
       if (kept) kept = write_run_files(report_, work_, tree_, notes);
-      report_.has_page = kept.ok() && store::exists(tree_.page_file());
+      report_.has_page = kept.ok() && report_.only.empty() && store::exists(tree_.page_file());
       for (const std::string& note : notes) console_.note("", note);
       if (!kept) {
         console_.complain(kept.error());
