@@ -171,8 +171,9 @@ void add_tool_commands(CLI::App& app, Options& options) {
   convert.add_option("--style", options.form.style,
                      "IGES: brep (default), trimmed, patches, wire; DXF: faces (default), polyface.");
   options.cloud.add_to(convert, {""});
-  CLI::App& audit = command(app, options, "audit",
-                            "Proves a record: its content, inputs and outputs by digest; exit code 4 when one differs.");
+  CLI::App& audit =
+      command(app, options, "audit",
+              "Proves a record: its content, inputs and outputs by digest; exit code 4 when one differs.");
   audit.add_option("record", options.audit.record, "record.h5, or the folder of a scan.")->required();
   audit.add_option("--archive", options.audit.archive, "Folder with the inputs; run.json of the output tree says it.");
   audit.add_flag("--rerun", options.audit.rerun, "Make the scan again from record and archive alone, and compare.");
@@ -195,9 +196,10 @@ void add_tool_commands(CLI::App& app, Options& options) {
   options.plan.add_to(plan, [&](CLI::App& group, const char* name, const char* help) -> CLI::App& {
     return command(group, options, name, help);
   });
-  CLI::App& bench = command(app, options, "bench", "How fast each stage is on this machine and on these points.");
+  CLI::App& bench =
+      command(app, options, "bench", "How fast each stage, or a whole job, is on this machine and on these points.");
   bench.add_option("stage", options.timing.stage,
-                   document::joined(pipeline::bench_stage_words()) + "; all unless given.");
+                   document::joined(pipeline::bench_stage_words()) + ", or a job file; all stages unless given.");
   bench.add_option("--file", options.timing.file,
                    "Cloud file, .conf file or scan plan; a made sphere of a million points unless given.");
   bench.add_option("--repeat", options.timing.repeats, "Times each stage runs; 5 if not given.")
@@ -282,6 +284,12 @@ Result<pipeline::ToolReport> run_stage(const std::string& name, const Options& o
                                  : pipeline::convert_cloud(o.input, what, o.output, context, progress);
 }
 
+/// A stage is a word; a job is a file.
+bool is_job_file(const std::string& word) {
+  return word.ends_with(".yaml") || word.ends_with(".yml") || word.ends_with(".json") ||
+         word.find('/') != std::string::npos;
+}
+
 int dispatch(const CLI::App& app, Options& options) {
   const CLI::App& sub = *app.get_subcommands()[0];
   const std::string name =
@@ -296,6 +304,16 @@ int dispatch(const CLI::App& app, Options& options) {
     if (!text) return refuse(text.error().message, options.common.json);
     std::fputs(text->c_str(), stdout);
     return runner::kExitGood;
+  }
+  if (name == "bench" && is_job_file(options.timing.stage)) {
+    if (!options.timing.file.empty())
+      return refuse("bench: found both a job and --file; a job names its archive itself", options.common.json);
+    runner::BenchJobOptions job;
+    job.job = options.timing.stage;
+    job.against = options.timing.against;
+    job.out = options.timing.out;
+    job.repeats = options.timing.repeats;
+    return run_bench_job(options.common, std::move(job), g_stop);
   }
   const bool needs_bin = name == "reduce" || (name == "mesh" && !options.as_is);
   const auto what = options.stage(name).what(needs_bin);

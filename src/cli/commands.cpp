@@ -202,4 +202,20 @@ int run_run(const CommonOptions& common, runner::RunOptions options, runner::Sto
   return runner::run_job(options, work, console, stop);
 }
 
+int run_bench_job(const CommonOptions& common, runner::BenchJobOptions options, const runner::Stop& stop) {
+  const auto console_options = common.console();
+  Console console(console_options ? *console_options : runner::ConsoleOptions{});
+  if (!console_options) return complain(console, console_options.error());
+  const auto cap = common.memory_cap();
+  if (!cap) return complain(console, cap.error());
+  options.memory = *cap;
+  options.threads = common.threads;
+  options.version = version();
+  options.libraries = libraries();
+  options.work = [job = options.job, version = options.version] {
+    return std::make_unique<PipelineWork>(pipeline::RunFrame{job, "scanmill " + version, runner::utc_now()});
+  };
+  return runner::bench_job(options, console, stop);
+}
+
 }  // namespace scanmill::cli

@@ -9,6 +9,7 @@
 #include "base/progress.hpp"
 #include "base/result.hpp"
 #include "pipeline/tools.hpp"
+#include "runner/bench_job.hpp"
 #include "runner/console.hpp"
 #include "runner/driver.hpp"
 
@@ -38,6 +39,8 @@ int run_run(const CommonOptions& common, runner::RunOptions options, runner::Sto
 int run_operation(const CommonOptions& common, const std::string& name, const std::string& out, bool dry_run);
 int run_retry(const CommonOptions& common, const std::string& out, const std::vector<std::string>& scans,
               runner::Stop& stop);
+/// `options`: job, repeats and documents; the rest is filled in.
+int run_bench_job(const CommonOptions& common, runner::BenchJobOptions options, runner::Stop& stop);
 
 /// One line per line of the error on stderr; the exit code of the error.
 int complain(runner::Console& console, const Error& error);

@@ -60,6 +60,14 @@ void add_head(const NightReport& night, std::string& out) {
       "</p>\n";
 }
 
+/// Of a run that ended well.
+std::string good_words(const NightReport& night) {
+  const auto held = std::count_if(night.scans.begin(), night.scans.end(),
+                                  [](const NightScan& scan) { return scan.state == NightState::Quarantined; });
+  return "every scan is done or unchanged" +
+         (held > 0 ? ", but for " + grouped(static_cast<std::uint64_t>(held)) + " in quarantine" : "");
+}
+
 void add_verdict(const NightReport& night, std::string& out) {
   const int code = night.exit_code;
   const bool good = code == 0, interrupted = code >= 128;
@@ -72,8 +80,8 @@ void add_verdict(const NightReport& night, std::string& out) {
          (good          ? "pass"
           : interrupted ? "none"
                         : "fail") +
-         "\"><strong>" + word + "</strong><span>" + escaped(good ? "every scan is done or unchanged" : night.verdict) +
-         "; exit code " + std::to_string(code) + "</span></div>\n";
+         "\"><strong>" + word + "</strong><span>" + escaped(good ? good_words(night) : night.verdict) + "; exit code " +
+         std::to_string(code) + "</span></div>\n";
 }
 
 struct Counts {

@@ -16,8 +16,8 @@
 #include "runner/output_lock.hpp"
 #include "runner/output_tree.hpp"
 #include "runner/quarantine.hpp"
-#include "runner/run_files.hpp"
 #include "runner/ro_crate.hpp"
+#include "runner/run_files.hpp"
 #include "runner/run_report.hpp"
 #include "runner/scan_messages.hpp"
 #include "runner/scheduler.hpp"
@@ -275,7 +275,7 @@ class Driver {
       report_.written = report_.written || kept.ok();
       std::vector<std::string> notes;
       if (kept) kept = write_run_files(report_, work_, tree_, notes);
-      report_.has_page = kept.ok() && store::exists(tree_.page_file());
+      report_.has_page = kept.ok() && report_.only.empty() && store::exists(tree_.page_file());
       for (const std::string& note : notes) console_.note("", note);
       if (kept && !options_.dry_run) kept = save_crate();
       if (!kept) {

@@ -13,9 +13,12 @@ namespace scanmill::runner {
 
 /// Writes report.html (where the work has one), junit.xml, trace.tsv and scanmill.prom into the tree, each complete and
 /// synced under its final name; appends to the file that $GITHUB_STEP_SUMMARY names; keeps the figures for the next
-/// run. To be called once, with the exit code known, by the holder of the tree's lock. `last_night`: load_night() from
-/// before, or a run.json, or nullptr. `notes` gets a sentence for what could not be done outside of the tree.
-/// errors  NoSpace, IoFailed naming the file of the tree; all others have been written
+/// run. A run told --only leaves the files of an earlier run as they are. To be called once, with the exit code known,
+/// by the holder of the tree's lock.
+///
+/// last_night  load_night() from before, or a run.json, or nullptr
+/// notes       gets a sentence for what could not be done outside of the tree
+/// errors      NoSpace, IoFailed naming the first file of the tree that could not be written; all others were
 Result<void> write_run_files(const RunReport& report, const document::Node* last_night, const Work& work,
                              const OutputTree& tree, std::vector<std::string>& notes);
 

@@ -11,6 +11,7 @@
 #include "cli/schemas.hpp"
 #include "pipeline/bench_report.hpp"
 #include "plan/plan.hpp"
+#include "runner/bench_job.hpp"
 #include "runner/job.hpp"
 #include "runner/run_report.hpp"
 
@@ -142,6 +143,18 @@ TEST(BenchSchema, ExamplesAndOurOwnReportsAreJudgedRight) {
   ASSERT_TRUE(read.ok()) << read.error().text();
   EXPECT_EQ(judge("bench.schema.json", pipeline::to_document(*read)), 0);
   EXPECT_FALSE(pipeline::bench_report_from(example("bench.invalid.json"), "bench.invalid.json").ok());
+}
+
+TEST(ThroughputSchema, ExamplesAndOurOwnReportsAreJudgedRight) {
+  EXPECT_EQ(judge("throughput.schema.json", example("throughput.valid.json")), 0);
+  EXPECT_EQ(judge("throughput.schema.json", example("throughput.invalid.json")), 1);
+  const auto read = runner::job_bench_from(example("throughput.valid.json"), "throughput.valid.json");
+  ASSERT_TRUE(read.ok()) << read.error().text();
+  EXPECT_EQ(judge("throughput.schema.json", runner::to_document(*read)), 0);
+  EXPECT_EQ(document::to_canonical_json(runner::to_document(*read)),
+            document::to_canonical_json(example("throughput.valid.json")));
+  EXPECT_FALSE(runner::job_bench_from(example("throughput.invalid.json"), "throughput.invalid.json").ok());
+  EXPECT_FALSE(runner::job_bench_from(example("bench.valid.json"), "bench.valid.json").ok());
 }
 
 TEST(Schemas, AreInsideTheProgramAsTheyStandInTheSource) {

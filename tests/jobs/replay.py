@@ -179,7 +179,7 @@ def broken_plans_are_named(work):
             assert wanted in text, f"{name}: {text}"
     # In a job each of these scans fails, the sound ones are made.
     with open(f"{work}/job.yaml", "w") as out:
-        out.write("scanmill: 1\narchive: a\nlattice: {bin_mm: 1.5}\n")
+        out.write("scanmill: 1\narchive: a\nsettle_s: 0\nlattice: {bin_mm: 1.5}\n")
     text = run("run", f"{work}/job.yaml", "--out", f"{work}/out", want=3)
     failed = {s["name"]: s for s in json.load(open(f"{work}/out/run.json"))["scans"]}
     for name in ("limit", "unreachable", "above", "horizon", "band", "missing", "altered"):
@@ -321,7 +321,7 @@ def living_room_comes_back(work):
     share = [len(a & b) / min(len(a), len(b)) for a, b in zip(bins, bins[1:])]
     assert abs(share[0] - 0.44) < 0.03 and abs(share[1] - 0.59) < 0.03, share
     with open(f"{work}/job.yaml", "w") as out:
-        out.write("scanmill: 1\narchive: a\nlattice: {bin_mm: 50}\noutputs: [stl]\n")
+        out.write("scanmill: 1\narchive: a\nsettle_s: 0\nlattice: {bin_mm: 50}\noutputs: [stl]\n")
     assert "room" in run("run", f"{work}/job.yaml", "--out", f"{work}/jobout", "--only", "room")
 
 
@@ -407,7 +407,7 @@ def poses_of_3dtk_come_back(work):
         assert numpy.abs(cloud["p"][cloud["view"] == view] - part).max() < 1e-6, view
     # a record of such a scan leads back to the rows as they stand in the files
     with open(f"{work}/job.yaml", "w") as out:
-        out.write("scanmill: 1\narchive: a\nlattice: {bin_mm: 20}\n")
+        out.write("scanmill: 1\narchive: a\nsettle_s: 0\nlattice: {bin_mm: 20}\n")
     run("run", f"{work}/job.yaml", "--out", f"{work}/jobout")
     subprocess.run([sys.executable, f"{ROOT}/tests/provenance/check_record.py", f"{work}/jobout/scans/plan/record.h5",
                     "--archive", f"{work}/a"], check=True, stdout=subprocess.DEVNULL)
