@@ -72,7 +72,7 @@ void add_notes(const MeshedSurface& surface, const reduce::Report& report, const
 }  // namespace
 
 std::vector<std::pair<std::string, std::string>> stage_versions() {
-  return {{"read", "2"}, {"clean", "1"},    {"reduce", "2"}, {"stars", "1"},  {"front", "1"},  {"merge", "1"},
+  return {{"read", "3"}, {"clean", "1"},    {"reduce", "2"}, {"stars", "1"},  {"front", "1"},  {"merge", "1"},
           {"grow", "1"}, {"optimise", "1"}, {"verify", "1"}, {"export", "2"}, {"record", "4"}, {"report", "2"}};
 }
 
