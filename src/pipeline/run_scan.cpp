@@ -7,6 +7,7 @@
 #include "base/digest.hpp"
 #include "base/text.hpp"
 #include "pipeline/clean_scan.hpp"
+#include "pipeline/density.hpp"
 #include "pipeline/judge_scan.hpp"
 #include "pipeline/mesh_files.hpp"
 #include "pipeline/scan_page.hpp"
@@ -69,11 +70,35 @@ void add_notes(const MeshedSurface& surface, const reduce::Report& report, const
         " mm");
 }
 
+std::vector<std::string> coverage_warnings(const ScanResults& all) {
+  std::vector<std::string> list;
+  const reduce::ReducedCloud& cloud = all.reduction.cloud;
+  if (std::string note = fine_bins_note(cloud); !note.empty()) list.push_back(std::move(note));
+  if (std::string note = coverage_note(all.fit.points_near, all.reduction.report.points_used,
+                                       unmeshed_points(all.surface, cloud), cloud, all.what.seeds.cover);
+      !note.empty())
+    list.push_back(std::move(note));
+  return list;
+}
+
+/// Where the mesh stands for nearly all points, but not for some.
+void add_unmeshed_note(const ScanResults& all, std::vector<std::string>& notes) {
+  const Unmeshed off = unmeshed_points(all.surface, all.reduction.cloud);
+  if (off.points == 0) return;
+  const std::string points = counted(off.points, "input point") + " in " + counted(off.bins, "bin");
+  const std::string place = std::string(off.points == 1 ? "is" : "are") + " on no triangle, first near " +
+                            place_text(off.first) + "; they count in the fit error";
+  if (all.what.seeds.cover)
+    notes.push_back(points + " of bare surroundings " + place + ": remove them (clean) or choose larger bins");
+  else
+    notes.push_back(points + ", where no given seed reaches (seeds.cover: false) or in bare surroundings, " + place);
+}
+
 }  // namespace
 
 std::vector<std::pair<std::string, std::string>> stage_versions() {
   return {{"read", "3"}, {"clean", "1"},    {"reduce", "2"}, {"stars", "1"},  {"front", "1"},  {"merge", "1"},
-          {"grow", "1"}, {"optimise", "1"}, {"verify", "1"}, {"export", "2"}, {"record", "4"}, {"report", "2"}};
+          {"grow", "1"}, {"optimise", "1"}, {"verify", "2"}, {"export", "2"}, {"record", "5"}, {"report", "3"}};
 }
 
 Result<std::string> fingerprint_of(const std::string& archive, const ScanSpec& scan, const What& what,
@@ -130,8 +155,8 @@ Result<ScanResult> run_scan(const std::string& archive, const ScanSpec& scan, co
 
   auto meshed = mesh_surface(reduction.cloud, report.bounds, what, context, progress);
   if (!meshed.ok()) return name_file(std::move(meshed).error(), scan);
-  ScanResults all{archive, scan, what, *points, cleaned, std::move(reduction), std::move(meshed).value(), {}, {},
-                  {},      0,    {},   {},      {}};
+  ScanResults all{archive, scan, what, *points, cleaned, std::move(reduction), std::move(meshed).value(), {}, {}, {},
+                  0,       {},   {},   {},      {}};
   MeshedSurface& surface = all.surface;
   clock.lap("mesh");
 
@@ -158,11 +183,9 @@ Result<ScanResult> run_scan(const std::string& archive, const ScanSpec& scan, co
     result.notes.push_back(counted(all.points_in_strays, "input point") +
                            (all.points_in_strays == 1 ? " lies" : " lie") + " in dropped components and " +
                            (all.points_in_strays == 1 ? "is" : "are") + " not part of the fit error");
-  if (const Unmeshed off = unmeshed_points(surface, all.reduction.cloud); off.points > 0)
-    result.notes.push_back(counted(off.points, "input point") + " in " + counted(off.bins, "bin") +
-                           " of bare surroundings " + (off.points == 1 ? "is" : "are") +
-                           " on no triangle, first near " + place_text(off.first) +
-                           "; they count in the fit error: remove them (clean) or choose larger bins");
+  all.warnings = coverage_warnings(all);
+  result.notes.insert(result.notes.end(), all.warnings.begin(), all.warnings.end());
+  if (all.warnings.empty()) add_unmeshed_note(all, result.notes);
   all.notes = result.notes;
   TRY_ASSIGN(all.digests, points->digests(context));
   TRY(points->verify_unchanged());
@@ -181,6 +204,7 @@ Result<ScanResult> run_scan(const std::string& archive, const ScanSpec& scan, co
   const reduce::Report& counts = all.reduction.report;
   result.points_read = counts.points_read;
   result.points_used = counts.points_used;
+  result.points_meshed = all.fit.points_near;
   result.bins = counts.bins;
   result.kept = counts.kept;
   result.max_error_mm = all.fit.all.max_mm;

@@ -36,6 +36,7 @@ struct ScanResults {
   std::uint64_t points_in_strays = 0;  // not judged
   std::vector<std::string> digests;    // SHA-256 of each view of `points`
   std::vector<std::string> notes;
+  std::vector<std::string> warnings;  // of the notes: what puts the result in doubt
   std::vector<WrittenFile> outputs;  // the mesh files
 };
 
