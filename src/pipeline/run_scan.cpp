@@ -97,7 +97,7 @@ void add_unmeshed_note(const ScanResults& all, std::vector<std::string>& notes) 
 }  // namespace
 
 std::vector<std::pair<std::string, std::string>> stage_versions() {
-  return {{"read", "3"}, {"clean", "1"},    {"reduce", "2"}, {"stars", "1"},  {"front", "1"},  {"merge", "1"},
+  return {{"read", "3"}, {"clean", "1"},    {"reduce", "2"}, {"stars", "2"},  {"front", "1"},  {"merge", "1"},
           {"grow", "1"}, {"optimise", "1"}, {"verify", "2"}, {"export", "2"}, {"record", "5"}, {"report", "3"}};
 }
 
