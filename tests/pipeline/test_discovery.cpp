@@ -150,6 +150,32 @@ TEST(Discover, TakesAConfWithItsViews) {
   EXPECT_NE(scan_of(*found, "wrong/w").broken.find("wrong/w.conf:1"), std::string::npos);
 }
 
+TEST(Discover, KeepsTheViewsOfADescriptionThatCannotBeRead) {
+  const TempFolder folder;
+  const std::string good = " 0 0 0 0 0 0 1\n";
+  const std::string stations = "units: mm\nstations:\n  - {name: one, data: p1.ply}\n  - {name: two, data: p2.ply}\n";
+  folder.write("slip/s.conf", "bmesh a.ply" + good + "bmesh b.ply 0 0 zero 0 0 0 1\n");
+  folder.write("kinds/k.conf", "bmsh a.ply" + good + "bmsh ./b.ply" + good);
+  folder.write("rotated/r.aln", "2\na.ply\n#\n1 0 0\nb.ply\n");
+  folder.write("colon/c.yaml", "scanmill_plan 1\n" + stations);
+  folder.write("letter/l.yaml", "scanmil_plan: 1\n" + stations);
+  for (const char* place : {"slip/", "kinds/", "rotated/"})
+    for (const char* name : {"a.ply", "b.ply", "aa.ply"}) folder.write(std::string(place) + name, kPly);
+  for (const char* place : {"colon/", "letter/"})
+    for (const char* name : {"p1.ply", "p2.ply", "xp1.ply"}) folder.write(std::string(place) + name, kPly);
+  folder.write("other/settings.conf", "log = run.ply.log\n");
+  folder.write("other/stations.yaml", "stations: [north, south]\n");
+  folder.write("other/run.ply", kPly);
+  const auto found = discover(folder.file(""), false);
+  EXPECT_EQ(names_of(found), (Names{"colon/c", "colon/xp1", "kinds/aa", "kinds/k", "letter/l", "letter/xp1",
+                                    "other/run", "rotated/aa", "rotated/r", "slip/aa", "slip/s"}));
+  EXPECT_NE(scan_of(*found, "slip/s").broken.find("s.conf:2"), std::string::npos);
+  EXPECT_NE(scan_of(*found, "kinds/k").broken.find("k.conf:1: found \"bmsh\""), std::string::npos);
+  EXPECT_NE(scan_of(*found, "colon/c").broken.find("c.yaml:"), std::string::npos) << scan_of(*found, "colon/c").broken;
+  EXPECT_NE(scan_of(*found, "letter/l").broken.find("scanmill_plan"), std::string::npos)
+      << scan_of(*found, "letter/l").broken;
+}
+
 TEST(Discover, FindsOneScanInTheBunnyFolder) {
   const std::string data = support::data_folder();
   if (data.empty()) GTEST_SKIP() << "no development data";
