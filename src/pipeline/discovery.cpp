@@ -250,7 +250,7 @@ class Finder {
       note("of the suffix ." + suffix + " not read by this version", file);
       return {};
     }
-    if (!formats::is_point_suffix(suffix)) return {};
+    if (!formats::is_point_suffix(suffix)) return note_passed_over(file, suffix), Result<void>{};
     ScanSpec scan;
     ViewSpec& view = scan.views.emplace_back();
     view.path = file;
@@ -270,6 +270,33 @@ class Finder {
     }
     found_.scans.push_back(std::move(scan));
     return {};
+  }
+
+  /// Files that are no scans by their names, but may be what somebody meant.
+  void note_passed_over(const std::string& file, const std::string& suffix) {
+    if (formats::is_packed_suffix(suffix)) return note("packed (." + suffix + ") and not looked into; unpack", file);
+    if (suffix != "png" && !suffix.empty()) return;
+    const auto source = open(file);
+    if (!source.ok()) return;
+    if (suffix == "png") {
+      if (formats::is_depth_map(**source))
+        note("of 16-bit grey PNG, perhaps depth maps (name them in views, with intrinsics and poses)", file);
+      return;
+    }
+    const auto probe = formats::probe(**source);
+    if (!probe.ok()) return;
+    switch (probe->kind) {
+      case formats::FileKind::Other:
+      case formats::FileKind::PoseMatrices:
+      case formats::FileKind::DepthMap:
+        return;
+      case formats::FileKind::Unsupported:
+        return note("without a suffix, of the format " + probe->format + " not read by this version", file);
+      default:
+        return note("without a suffix holding points (rename to ." +
+                        (probe->format == "text" ? std::string("xyz") : probe->format) + ", or name in views)",
+                    file);
+    }
   }
 
   Result<void> name_scans() {

@@ -176,6 +176,29 @@ TEST(Discover, KeepsTheViewsOfADescriptionThatCannotBeRead) {
       << scan_of(*found, "letter/l").broken;
 }
 
+TEST(Discover, TellsOfWhatItPassesOver) {
+  const TempFolder folder;
+  for (const char* name : {"a.xyz.gz", "b.ply.gz", "c.zip", "d.tar.gz", "e.7z"}) folder.write(name, "\x1f\x8b");
+  folder.write("points", "1 2 3\n4 5 6\n");
+  folder.write("model", kPly);
+  folder.write("LICENSE", "Do as you please, in 3 ways.\n");
+  const std::string head = std::string("\x89PNG\r\n\x1a\n\0\0\0\rIHDR\0\0\0\1\0\0\0\1", 24);
+  folder.write("f1.png", head + std::string("\x10\0", 2));
+  folder.write("f2.png", head + std::string("\x10\0", 2));
+  folder.write("photo.png", head + std::string("\x08\2", 2));
+  const auto found = discover(folder.file(""), false);
+  ASSERT_TRUE(found.ok()) << found.error().text();
+  EXPECT_TRUE(found->scans.empty());
+  const auto& notes = found->notes;
+  EXPECT_TRUE(has_note(notes, "3 files packed (.gz) and not looked into; unpack, the first is a.xyz.gz"));
+  EXPECT_TRUE(has_note(notes, "1 file packed (.zip) and not looked into; unpack: c.zip"));
+  EXPECT_TRUE(has_note(notes, "packed (.7z)"));
+  EXPECT_TRUE(has_note(notes, "1 file without a suffix holding points (rename to .xyz, or name in views): points"));
+  EXPECT_TRUE(has_note(notes, "1 file without a suffix holding points (rename to .ply, or name in views): model"));
+  EXPECT_TRUE(has_note(notes, "2 files of 16-bit grey PNG, perhaps depth maps"));
+  EXPECT_EQ(notes.size(), 6u);
+}
+
 TEST(Discover, FindsOneScanInTheBunnyFolder) {
   const std::string data = support::data_folder();
   if (data.empty()) GTEST_SKIP() << "no development data";
