@@ -198,7 +198,7 @@ Result<ToolReport> cloud_info(const std::string& input, const What& what, const 
   if (seen.spacing_mm)
     out.set("spacing_mm", *seen.spacing_mm);
   else
-    out.set("spacing_mm", "fewer than 1000 points: too few to tell");
+    out.set("spacing_mm", "fewer than 100 points: too few to tell");
   if (std::string problem = implausible_size(seen.bounds, points.units_mm(), 0); !problem.empty())
     out.set("warning", problem);
   if (seen.noise_mm) out.set("noise_mm_at_most", *seen.noise_mm);  // curvature and misregistration are in it
