@@ -3,6 +3,7 @@
 
 #include <chrono>
 #include <cmath>
+#include <mutex>
 
 #include "base/digest.hpp"
 #include "base/text.hpp"
@@ -35,6 +36,29 @@ class StageClock {
   using Clock = std::chrono::steady_clock;
   std::vector<std::pair<std::string, double>>& out_;
   Clock::time_point last_;
+};
+
+/// Times the stages that a function tells of under the names it tells them by.
+class TimedStages final : public Progress {
+ public:
+  TimedStages(StageClock& clock, Progress& onward) : clock_(clock), onward_(onward) {}
+  void stage(std::string_view name, std::uint64_t done, std::uint64_t total) override {
+    {
+      const std::lock_guard guard(mutex_);
+      if (name != name_) {
+        if (!name_.empty()) clock_.lap(name_.c_str());
+        name_ = name;
+      }
+    }
+    onward_.stage(name, done, total);
+  }
+  void end() { clock_.lap(name_.c_str()); }
+
+ private:
+  StageClock& clock_;
+  Progress& onward_;
+  std::mutex mutex_;
+  std::string name_;
 };
 
 /// Stages do not know files: an error without a place gets the file that stands for the scan.
@@ -153,12 +177,13 @@ Result<ScanResult> run_scan(const std::string& archive, const ScanSpec& scan, co
     return name_file(fail(Code::BadInput, std::move(problem)), scan);
   clock.lap("reduce");
 
-  auto meshed = mesh_surface(reduction.cloud, report.bounds, what, context, progress);
+  TimedStages timed(clock, progress);
+  auto meshed = mesh_surface(reduction.cloud, report.bounds, what, context, timed);
   if (!meshed.ok()) return name_file(std::move(meshed).error(), scan);
   ScanResults all{archive, scan, what, *points, cleaned, std::move(reduction), std::move(meshed).value(), {}, {}, {},
                   0,       {},   {},   {},      {}};
   MeshedSurface& surface = all.surface;
-  clock.lap("mesh");
+  timed.end();
 
   TRY_ASSIGN(all.swaps, optimise_surface(surface, what, all.reduction.report.bin_mm, context, progress));
   clock.lap("optimise");
@@ -169,7 +194,7 @@ Result<ScanResult> run_scan(const std::string& archive, const ScanSpec& scan, co
   result.failed_gates = failed_gates(all.fit);
   clock.lap("verify");
 
-  progress.stage("write", 0, 0);
+  progress.stage("export", 0, 0);
   for (const Output& output : what.outputs) {
     TRY_ASSIGN(WrittenFile file,
                write_mesh_file(surface.mesh, output, vertex_errors(all.fit), folder + "/mesh." + output.format));

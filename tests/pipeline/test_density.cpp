@@ -90,6 +90,15 @@ TEST(Density, DoesNotBlameBinsForFacesTheJobLeavesOut) {
   EXPECT_FALSE(has(notes, "lattice.bin_mm") || has(notes, "larger bins")) << notes;
 }
 
+TEST(Density, TimesStagesUnderTheNamesThatProgressTells) {
+  const TwoPlates scene(false);
+  const auto run = scene.run("lattice: {bin_mm: 1}\n", "out");
+  ASSERT_TRUE(run.ok()) << run.error().text();
+  std::string names;
+  for (const auto& stage : run->stage_seconds) names += stage.first + " ";
+  EXPECT_EQ(names, "open reduce stars complete merge grow optimise verify export record pictures report ");
+}
+
 TEST(Density, WritesTwoDigits) {
   for (const auto& [value, digits] :
        {std::pair{0.12345, 0.12}, {9.96, 10.0}, {1234.0, 1200.0}, {0.0, 0.0}, {47.6, 48.0}})
