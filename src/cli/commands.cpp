@@ -202,7 +202,7 @@ int run_run(const CommonOptions& common, runner::RunOptions options, runner::Sto
   return runner::run_job(options, work, console, stop);
 }
 
-int run_bench_job(const CommonOptions& common, runner::BenchJobOptions options, const runner::Stop& stop) {
+int run_bench_job(const CommonOptions& common, runner::BenchJobOptions options, runner::Stop& stop) {
   const auto console_options = common.console();
   Console console(console_options ? *console_options : runner::ConsoleOptions{});
   if (!console_options) return complain(console, console_options.error());

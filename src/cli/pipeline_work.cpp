@@ -92,6 +92,7 @@ Result<runner::Outcome> PipelineWork::run(std::size_t scan, const Node& resolved
   runner::Outcome outcome;
   outcome.counts.set("points_read", result.points_read);
   outcome.counts.set("points_used", result.points_used);
+  outcome.counts.set("points_meshed", result.points_meshed);
   outcome.counts.set("bins", result.bins);
   outcome.counts.set("kept", result.kept);
   outcome.counts.set("vertices", result.vertices);

@@ -150,6 +150,18 @@ bool is_unsupported_suffix(std::string_view suffix) {
                      [&](const Suffix& row) { return row.suffix == suffix; });
 }
 
+bool is_packed_suffix(std::string_view suffix) {
+  static constexpr std::string_view kPacked[] = {"gz", "tgz", "zip", "tar", "bz2", "xz", "zst", "7z", "rar"};
+  return std::find(std::begin(kPacked), std::end(kPacked), suffix) != std::end(kPacked);
+}
+
+bool is_depth_map(const ByteSource& source) {
+  constexpr std::size_t kDepthAt = 24, kColourAt = 25;  // of the first chunk, IHDR
+  std::array<char, kColourAt + 1> bytes{};
+  if (source.size() < bytes.size() || !read_exactly(source, 0, bytes).ok()) return false;
+  return std::string_view(bytes.data(), 4) == "\x89PNG" && bytes[kDepthAt] == 16 && bytes[kColourAt] == 0;
+}
+
 Result<Probe> probe(const ByteSource& source) {
   std::string bytes(std::min<std::uint64_t>(source.size(), kLook), '\0');
   TRY(read_exactly(source, 0, std::span<char>(bytes.data(), bytes.size())));

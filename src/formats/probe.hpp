@@ -33,6 +33,10 @@ std::string suffix_of(std::string_view path);
 /// Whether a file of this suffix can be a scan, or is worth a note that it cannot be read. Others need not be opened.
 bool is_point_suffix(std::string_view suffix);
 bool is_unsupported_suffix(std::string_view suffix);
+/// Of archives and compressed files, which may hold scans.
+bool is_packed_suffix(std::string_view suffix);
+/// A PNG of 16-bit grey, by its first bytes; false when it cannot be read.
+bool is_depth_map(const ByteSource& source);
 
 /// Judges by content first, then by the suffix of the source's name. Headers that are broken give the kind they claim
 /// to be: opening the file then says what is wrong.

@@ -31,8 +31,8 @@ Result<WrittenFile> write_bins_file(const reduce::ReducedCloud& cloud, const std
   std::iota(rows.begin(), rows.end(), 0);
   for (std::size_t row = 0; row < cloud.size(); ++row) {
     keys[row] = cloud.key(row);
-    points[row] = static_cast<std::int32_t>(
-        std::min<std::int64_t>(cloud.counts[row], std::numeric_limits<std::int32_t>::max()));
+    points[row] =
+        static_cast<std::int32_t>(std::min<std::int64_t>(cloud.counts[row], std::numeric_limits<std::int32_t>::max()));
     drop[row] = static_cast<std::int32_t>(cloud.drop[row]);
   }
   const store::BinColumn columns[] = {{"points", "input points in the bin", points},

@@ -9,7 +9,8 @@
 namespace scanmill::pipeline {
 namespace {
 
-constexpr std::uint64_t kEnoughToTell = 1000;  // points
+constexpr std::uint64_t kEnoughToTell = 100, kEnoughForNoise = 1000;  // points
+constexpr double kSpacings = 2, kMostSpacings = 3, kNoises = 8, kFewestBins = 8;
 constexpr double kTrialBins = 4000;
 constexpr std::uint64_t kPointsPerBin = 4;
 constexpr double kBinsPerFace = 1.5;  // a smooth surface crosses about so many bins per bin face of its area
@@ -37,11 +38,16 @@ Result<CloudMeasure> measure_cloud(const PointSource& points, const Context& con
   const double spacing = std::sqrt(area / static_cast<double>(seen.points_used));
   if (!(spacing > 0)) return measure;
   measure.spacing_mm = spacing;
+  const Vec3 size = seen.bounds.size();
+  const double largest = std::max({size.x, size.y, size.z});
+  measure.suggested_bin_mm = std::min(kSpacings * spacing, largest / kFewestBins);
+  if (seen.points_used < kEnoughForNoise) return measure;
   lattice = {};
   lattice.bin_mm = 3 * spacing;
   TRY_ASSIGN(const reduce::Reduction fine, reduce::reduce_cloud(points, lattice, params, context));
   measure.noise_mm = fine.report.median_residual * fine.report.bin_mm;
-  measure.suggested_bin_mm = std::max(2 * spacing, 8 * *measure.noise_mm);
+  measure.suggested_bin_mm = std::min(
+      {std::max(kSpacings * spacing, kNoises * *measure.noise_mm), kMostSpacings * spacing, largest / kFewestBins});
   return measure;
 }
 

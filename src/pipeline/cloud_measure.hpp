@@ -13,10 +13,12 @@ namespace scanmill::pipeline {
 struct CloudMeasure {
   std::uint64_t points_read = 0, points_used = 0;
   Bounds bounds;  // mm
-  // Nothing with fewer than 1,000 points: too few to tell.
-  std::optional<double> spacing_mm;        // square root of the area per point
-  std::optional<double> noise_mm;          // rms distance from local planes: curvature and misregistration are in it
-  std::optional<double> suggested_bin_mm;  // the larger of two spacings and eight times the noise
+  // Nothing with fewer than 100 points, no noise with fewer than 1,000: too few to tell.
+  std::optional<double> spacing_mm;  // square root of the area per point
+  std::optional<double> noise_mm;    // rms distance from local planes: curvature and misregistration are in it
+  /// Two spacings; up to three where eight times the noise is more, since a part of the noise is curvature, which
+  /// larger bins would only lose. At most an eighth of the largest extent.
+  std::optional<double> suggested_bin_mm;
 };
 
 /// Reduces the cloud twice on trial lattices: once to see its area, once at about nine points per bin for the noise.

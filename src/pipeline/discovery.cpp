@@ -17,13 +17,32 @@
 namespace scanmill::pipeline {
 namespace {
 
-constexpr std::uint64_t kMaxPlan = 64 << 20;
+constexpr std::uint64_t kMaxPlan = 64 << 20, kMaxConf = 16 << 20;
 constexpr std::size_t kLook = 1 << 16;
 
 std::string lower(std::string text) {
   for (char& c : text)
     if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
   return text;
+}
+
+bool begins_line(const std::string& text, const std::string& word) {
+  return text.starts_with(word) || text.find("\n" + word) != std::string::npos;
+}
+
+/// The path stands in the text and is not the end or the beginning of another.
+bool names(const std::string& text, const std::string& path) {
+  const auto in_path = [](char c) {
+    return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_' || c == '-' ||
+           c == '.' || c == '/' || static_cast<unsigned char>(c) >= 0x80;
+  };
+  for (auto at = text.find(path); at != std::string::npos; at = text.find(path, at + 1)) {
+    std::size_t begin = at;
+    if (begin >= 2 && text.compare(begin - 2, 2, "./") == 0) begin -= 2;
+    const std::size_t end = at + path.size();
+    if ((begin == 0 || !in_path(text[begin - 1])) && (end == text.size() || !in_path(text[end]))) return true;
+  }
+  return false;
 }
 
 class Finder {
@@ -89,13 +108,20 @@ class Finder {
     if (!source.ok()) return note_unreadable(source.error(), file);
     const auto conf = is_aln ? Result<bool>(true) : formats::is_conf(**source);
     if (!conf.ok()) return note_unreadable(conf.error(), file);
-    if (!*conf) return {};
+    const auto text = read_all(**source, kMaxConf);
+    const std::vector<std::string> named = text.ok() ? files_named_in(*text, file) : std::vector<std::string>();
+    // A list of views whose every "bmesh" is misspelt names its files all the same.
+    if (!*conf && named.size() < 2) return {};
     ScanSpec scan;
     scan.kind = ScanKind::Conf;
     scan.description = file;
     const auto views = formats::read_poses(**source);
-    if (!views.ok()) {
+    if (const auto kinds = formats::read_conf(**source); !*conf && !kinds.ok()) {
+      scan.broken = kinds.error().text();
+      claimed_.insert(named.begin(), named.end());
+    } else if (!views.ok()) {
       scan.broken = views.error().text();
+      claimed_.insert(named.begin(), named.end());
     } else if (views->front().name.empty()) {
       scan.broken = file + ": holds poses without names of files; name it in views as poses";
     } else {
@@ -119,14 +145,18 @@ class Finder {
     const auto got = (*source)->read_at(0, std::span<char>(start.data(), start.size()));
     if (!got.ok()) return note_unreadable(got.error(), file);
     start.resize(*got);
-    if (start.find("scanmill_plan") == std::string::npos || (*source)->size() > kMaxPlan) return {};
+    const bool lists_stations = begins_line(start, "stations") || start.find("\"stations\"") != std::string::npos;
+    if ((start.find("scanmill_plan") == std::string::npos && !lists_stations) || (*source)->size() > kMaxPlan)
+      return {};
     const auto text = read_all(**source, kMaxPlan);
     if (!text.ok()) return note_unreadable(text.error(), file);
     const auto tree = document::parse_yaml(*text, file);
-    if (tree.ok() && tree->find("scanmill_plan") == nullptr) return {};
-    const bool top_key = start.starts_with("scanmill_plan:") || start.find("\nscanmill_plan:") != std::string::npos ||
-                         formats::suffix_of(file) == "json";
-    if (!tree.ok() && !top_key) return {};
+    // A key misspelt or without its colon makes no scans of the stations: what lists stations whose files are here is
+    // taken as a plan, and fails with what is wrong in it.
+    const std::vector<std::string> named = files_named_in(*text, file);
+    const bool is_plan = tree.ok() && tree->is_map() && tree->find("scanmill_plan") != nullptr;
+    const bool claims = begins_line(start, "scanmill_plan") || formats::suffix_of(file) == "json";
+    if (!is_plan && !(lists_stations && !named.empty()) && (tree.ok() || !claims)) return {};
     ScanSpec scan;
     scan.kind = ScanKind::Plan;
     scan.description = file;
@@ -136,11 +166,9 @@ class Finder {
       judge_plan(*plan, scan);
     } else {
       scan.broken = plan.error().text();
+      claimed_.insert(named.begin(), named.end());
+      if (tree.ok()) claim_files_of_broken_plan(*tree, file);
     }
-    if (!tree.ok())
-      claim_files_in_text(*text, file);
-    else if (!plan.ok())
-      claim_files_of_broken_plan(*tree, file);
     claimed_.insert(file);
     finish_described(std::move(scan));
     return {};
@@ -148,19 +176,23 @@ class Finder {
 
   /// Its views must not turn up as scans of their own because of a slip elsewhere in the plan.
   void claim_files_of_broken_plan(const document::Node& tree, const std::string& file) {
-    const document::Node* stations = tree.find("stations");
+    const document::Node* stations = tree.is_map() ? tree.find("stations") : nullptr;
     if (stations == nullptr || !stations->is_sequence()) return;
     for (const document::Node& station : stations->items())
       if (const document::Node* data = station.find("data"); data != nullptr && data->is_string())
         claimed_.insert(plain_path(folder_of(file) + data->as_string()));
   }
 
-  /// The same where the plan cannot even be parsed: every file of the archive whose path stands in its text.
-  void claim_files_in_text(const std::string& text, const std::string& file) {
+  /// The same where the description cannot even be parsed: every file of points of the archive whose path, from the
+  /// description's folder, stands in its text.
+  std::vector<std::string> files_named_in(const std::string& text, const std::string& file) const {
     const std::string folder = folder_of(file);
+    std::vector<std::string> named;
     for (const std::string& other : files_)
-      if (other.starts_with(folder) && other != file && text.find(other.substr(folder.size())) != std::string::npos)
-        claimed_.insert(other);
+      if (other.starts_with(folder) && other != file && formats::is_point_suffix(formats::suffix_of(other)) &&
+          names(text, other.substr(folder.size())))
+        named.push_back(other);
+    return named;
   }
 
   void finish_described(ScanSpec scan) {
@@ -210,7 +242,7 @@ class Finder {
       note("of the suffix ." + suffix + " not read by this version", file);
       return {};
     }
-    if (!formats::is_point_suffix(suffix)) return {};
+    if (!formats::is_point_suffix(suffix)) return note_passed_over(file, suffix), Result<void>{};
     ScanSpec scan;
     ViewSpec& view = scan.views.emplace_back();
     view.path = file;
@@ -230,6 +262,33 @@ class Finder {
     }
     found_.scans.push_back(std::move(scan));
     return {};
+  }
+
+  /// Files that are no scans by their names, but may be what somebody meant.
+  void note_passed_over(const std::string& file, const std::string& suffix) {
+    if (formats::is_packed_suffix(suffix)) return note("packed (." + suffix + ") and not looked into; unpack", file);
+    if (suffix != "png" && !suffix.empty()) return;
+    const auto source = open(file);
+    if (!source.ok()) return;
+    if (suffix == "png") {
+      if (formats::is_depth_map(**source))
+        note("of 16-bit grey PNG, perhaps depth maps (name them in views, with intrinsics and poses)", file);
+      return;
+    }
+    const auto probe = formats::probe(**source);
+    if (!probe.ok()) return;
+    switch (probe->kind) {
+      case formats::FileKind::Other:
+      case formats::FileKind::PoseMatrices:
+      case formats::FileKind::DepthMap:
+        return;
+      case formats::FileKind::Unsupported:
+        return note("without a suffix, of the format " + probe->format + " not read by this version", file);
+      default:
+        return note("without a suffix holding points (rename to ." +
+                        (probe->format == "text" ? std::string("xyz") : probe->format) + ", or name in views)",
+                    file);
+    }
   }
 
   Result<void> name_scans() {

@@ -18,7 +18,8 @@ namespace scanmill::pipeline {
 namespace {
 
 constexpr std::size_t kMeasured = 40;  // scans looked at in full
-constexpr double kDiffers = 1.5;       // bins that differ by more than this get an override
+constexpr double kDiffers = 1.1;       // bins that differ by more than this get an override
+constexpr double kBinsOfFew = 10;      // across a scan with too few points to tell
 
 /// Units by the size an object would have: a scanned part is 5 mm to 5 m; larger only when metres make a room of it.
 struct UnitGuess {
@@ -27,7 +28,10 @@ struct UnitGuess {
 };
 
 UnitGuess guess_units(double extent) {
-  if (extent >= 5 && extent <= 5000) return {"mm", "as millimetres the scans are 5 mm to 5 m"};
+  if (extent >= 5 && extent <= 5000)
+    return {"mm",
+            "as millimetres the scans are 5 mm to 5 m (a room or a building in metres has such numbers too: then "
+            "set units to m, and bin_mm a thousand times larger)"};
   if (extent >= 0.005 && extent < 5) return {"m", "as millimetres the scans would be below 5 mm"};
   if (extent > 5000) return {"um", "as millimetres the scans would be above 5 m"};
   return {"m", "as millimetres the scans would be below 0.005 mm"};
@@ -52,6 +56,7 @@ struct Seen {
   CloudMeasure measure;  // in the units found
   std::string units;     // empty when a plan says them
   std::string trouble;   // why it could not be measured
+  double bin_mm = 0;     // to be set for it; one that `run` does not refuse
 };
 
 Seen look_at(const std::string& archive, const ScanSpec& scan, const Context& context, Progress& progress) {
@@ -99,10 +104,22 @@ std::string most_common_units(const std::vector<Seen>& list) {
   return best;
 }
 
+/// The bin for a scan that was measured: the suggested one, or tenths of a scan of few points; halved while `run` would
+/// say that the scan cannot have this size.
+double bin_for(const Seen& seen) {
+  const Vec3 size = seen.measure.bounds.size();
+  const double largest = std::max({size.x, size.y, size.z});
+  double bin = rounded(seen.measure.suggested_bin_mm.value_or(largest / kBinsOfFew));
+  const double units = seen.scan->units_mm > 0 ? seen.scan->units_mm : plan::unit_mm(seen.units).value_or(1);
+  for (int halved = 0; halved < 8 && !implausible_size(seen.measure.bounds, units, bin).empty(); ++halved)
+    bin = rounded(bin / 2);
+  return bin;
+}
+
 std::optional<double> middle_bin(const std::vector<Seen>& list) {
   std::vector<double> bins;
   for (const Seen& seen : list)
-    if (seen.measure.suggested_bin_mm) bins.push_back(*seen.measure.suggested_bin_mm);
+    if (seen.measure.suggested_bin_mm) bins.push_back(seen.bin_mm);
   if (bins.empty()) return std::nullopt;
   std::nth_element(bins.begin(), bins.begin() + static_cast<std::ptrdiff_t>(bins.size() / 2), bins.end());
   return rounded(bins[bins.size() / 2]);
@@ -113,11 +130,11 @@ std::string comment_of(const Seen& seen) {
   if (!seen.trouble.empty()) return text + "not readable: " + seen.trouble + "\n";
   text += grouped(seen.measure.points_used) + " points in " + counted(seen.scan->views.size(), "view") + ", " +
           size_text(seen.measure.bounds.size()) + " mm";
-  if (seen.measure.spacing_mm)
-    text += ", spacing " + short_text(*seen.measure.spacing_mm) + " mm, noise at most " +
-            short_text(*seen.measure.noise_mm) + " mm, bins of " + short_text(*seen.measure.suggested_bin_mm) +
-            " mm would suit";
-  else
+  if (seen.measure.spacing_mm) {
+    text += ", spacing " + short_text(*seen.measure.spacing_mm) + " mm";
+    if (seen.measure.noise_mm) text += ", noise at most " + short_text(*seen.measure.noise_mm) + " mm";
+    text += ", bins of " + short_text(seen.bin_mm) + " mm would suit";
+  } else
     text += ", too few to tell spacing and noise";
   return text + "\n";
 }
@@ -127,8 +144,8 @@ std::string quoted(const std::string& word) { return document::to_json(document:
 std::string override_of(const Seen& seen, const std::string& units, double bin) {
   std::string keys;
   if (!seen.units.empty() && seen.units != units) keys += "    units: " + seen.units + "\n";
-  if (const auto& own = seen.measure.suggested_bin_mm; own && (*own > bin * kDiffers || *own * kDiffers < bin))
-    keys += "    lattice: {bin_mm: " + short_text(*own) + "}\n";
+  if (const double own = seen.bin_mm; own > 0 && (own > bin * kDiffers || own * kDiffers < bin))
+    keys += "    lattice: {bin_mm: " + short_text(own) + "}\n";
   return keys.empty() ? keys : "  - scans: " + quoted(seen.scan->name) + "\n" + keys;
 }
 
@@ -158,7 +175,8 @@ std::string job_text(const std::string& name, const Discovery& found, const std:
   }
   const auto bin = middle_bin(list);
   text +=
-      "\n# The larger of two point spacings and eight times the noise: finer bins would mesh the noise.\nlattice:\n";
+      "\n# Two point spacings, up to three where there is noise: finer bins would leave holes and mesh the "
+      "noise.\nlattice:\n";
   text += bin ? "  bin_mm: " + number_text(*bin) + "\n"
               : "  bin_mm: 1  # no scan has points enough to tell: choose the detail you need\n";
   std::string overrides;
@@ -184,6 +202,7 @@ Result<FirstJob> first_job(const std::string& archive, const std::string& name_i
   std::vector<Seen> list;
   for (const std::size_t row : chosen(found.scans.size())) {
     list.push_back(look_at(archive, found.scans[row], context, progress));
+    if (list.back().trouble.empty()) list.back().bin_mm = bin_for(list.back());
     if (context.cancel.is_set()) return fail(Code::Cancelled, "stopped on request", archive);
   }
   if (std::all_of(list.begin(), list.end(), [](const Seen& seen) { return !seen.trouble.empty(); }))

@@ -172,8 +172,11 @@ Unmeshed unmeshed_points(const MeshedSurface& surface, const reduce::ReducedClou
   const std::vector<std::uint8_t> stray = stray_bins(surface, cloud);
   VertexNeighbourhood vertices(surface, cloud);
   Unmeshed found;
+  found.rows.assign(cloud.size(), 0);
   for (std::size_t row = 0; row < cloud.size(); ++row) {
-    if (stray[row] || vertices.used(row) || vertices.holds_vertex(row)) continue;
+    if (vertices.used(row) || vertices.holds_vertex(row)) continue;
+    found.rows[row] = 1;
+    if (stray[row]) continue;
     if (found.bins == 0) found.first = cloud.measured[row];
     ++found.bins;
     found.points += static_cast<std::uint64_t>(cloud.counts[row]);

@@ -36,7 +36,8 @@ Result<Fit> measure_fit(const MeshedSurface& surface, const reduce::ReducedCloud
 /// Points in bins that have no vertex within two bins and belong to no dropped piece: no triangle reaches them.
 struct Unmeshed {
   std::uint64_t points = 0, bins = 0;
-  Vec3 first;  // kept point of the first such bin by key
+  Vec3 first;                      // kept point of the first such bin by key
+  std::vector<std::uint8_t> rows;  // per row of the reduced cloud: no vertex within two bins, dropped pieces included
 };
 Unmeshed unmeshed_points(const MeshedSurface& surface, const reduce::ReducedCloud& cloud);
 

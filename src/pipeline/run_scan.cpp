@@ -3,11 +3,13 @@
 
 #include <chrono>
 #include <cmath>
+#include <mutex>
 
 #include "base/digest.hpp"
 #include "base/text.hpp"
 #include "pipeline/bin_files.hpp"
 #include "pipeline/clean_scan.hpp"
+#include "pipeline/density.hpp"
 #include "pipeline/judge_scan.hpp"
 #include "pipeline/mesh_files.hpp"
 #include "pipeline/scan_page.hpp"
@@ -36,6 +38,29 @@ class StageClock {
   using Clock = std::chrono::steady_clock;
   std::vector<std::pair<std::string, double>>& out_;
   Clock::time_point last_;
+};
+
+/// Times the stages that a function tells of under the names it tells them by.
+class TimedStages final : public Progress {
+ public:
+  TimedStages(StageClock& clock, Progress& onward) : clock_(clock), onward_(onward) {}
+  void stage(std::string_view name, std::uint64_t done, std::uint64_t total) override {
+    {
+      const std::lock_guard guard(mutex_);
+      if (name != name_) {
+        if (!name_.empty()) clock_.lap(name_.c_str());
+        name_ = name;
+      }
+    }
+    onward_.stage(name, done, total);
+  }
+  void end() { clock_.lap(name_.c_str()); }
+
+ private:
+  StageClock& clock_;
+  Progress& onward_;
+  std::mutex mutex_;
+  std::string name_;
 };
 
 /// Stages do not know files: an error without a place gets the file that stands for the scan.
@@ -71,11 +96,35 @@ void add_notes(const MeshedSurface& surface, const reduce::Report& report, const
         " mm");
 }
 
+std::vector<std::string> coverage_warnings(const ScanResults& all) {
+  std::vector<std::string> list;
+  const reduce::ReducedCloud& cloud = all.reduction.cloud;
+  if (std::string note = fine_bins_note(cloud); !note.empty()) list.push_back(std::move(note));
+  if (std::string note = coverage_note(all.fit.points_near, all.reduction.report.points_used,
+                                       unmeshed_points(all.surface, cloud), cloud, all.what.seeds.cover);
+      !note.empty())
+    list.push_back(std::move(note));
+  return list;
+}
+
+/// Where the mesh stands for nearly all points, but not for some.
+void add_unmeshed_note(const ScanResults& all, std::vector<std::string>& notes) {
+  const Unmeshed off = unmeshed_points(all.surface, all.reduction.cloud);
+  if (off.points == 0) return;
+  const std::string points = counted(off.points, "input point") + " in " + counted(off.bins, "bin");
+  const std::string place = std::string(off.points == 1 ? "is" : "are") + " on no triangle, first near " +
+                            place_text(off.first) + "; they count in the fit error";
+  if (all.what.seeds.cover)
+    notes.push_back(points + " of bare surroundings " + place + ": remove them (clean) or choose larger bins");
+  else
+    notes.push_back(points + ", where no given seed reaches (seeds.cover: false) or in bare surroundings, " + place);
+}
+
 }  // namespace
 
 std::vector<std::pair<std::string, std::string>> stage_versions() {
-  return {{"read", "2"}, {"clean", "1"},    {"reduce", "2"}, {"stars", "1"},  {"front", "1"},  {"merge", "1"},
-          {"grow", "1"}, {"optimise", "1"}, {"verify", "1"}, {"export", "2"}, {"record", "5"}, {"report", "2"}};
+  return {{"read", "3"}, {"clean", "1"},    {"reduce", "2"}, {"stars", "2"},  {"front", "1"},  {"merge", "1"},
+          {"grow", "1"}, {"optimise", "1"}, {"verify", "2"}, {"export", "2"}, {"record", "6"}, {"report", "3"}};
 }
 
 Result<std::string> fingerprint_of(const std::string& archive, const ScanSpec& scan, const What& what,
@@ -131,12 +180,13 @@ Result<ScanResult> run_scan(const std::string& archive, const ScanSpec& scan, co
     return name_file(fail(Code::BadInput, std::move(problem)), scan);
   clock.lap("reduce");
 
-  auto meshed = mesh_surface(reduction.cloud, report.bounds, what, context, progress);
+  TimedStages timed(clock, progress);
+  auto meshed = mesh_surface(reduction.cloud, report.bounds, what, context, timed);
   if (!meshed.ok()) return name_file(std::move(meshed).error(), scan);
   ScanResults all{archive, scan, what, *points, cleaned, std::move(reduction), std::move(meshed).value(), {}, {}, {},
                   0,       {},   {},   {},      {}};
   MeshedSurface& surface = all.surface;
-  clock.lap("mesh");
+  timed.end();
 
   TRY_ASSIGN(all.swaps, optimise_surface(surface, what, all.reduction.report.bin_mm, context, progress));
   clock.lap("optimise");
@@ -149,7 +199,7 @@ Result<ScanResult> run_scan(const std::string& archive, const ScanSpec& scan, co
   result.failed_gates = failed_gates(all.fit);
   clock.lap("verify");
 
-  progress.stage("write", 0, 0);
+  progress.stage("export", 0, 0);
   for (const Output& output : what.outputs) {
     if (output.format == "vdb") {
       TRY_ASSIGN(WrittenFile bins, write_bins_file(all.reduction.cloud, folder + "/" + file_name_of(output)));
@@ -171,11 +221,9 @@ Result<ScanResult> run_scan(const std::string& archive, const ScanSpec& scan, co
     result.notes.push_back(counted(all.points_in_strays, "input point") +
                            (all.points_in_strays == 1 ? " lies" : " lie") + " in dropped components and " +
                            (all.points_in_strays == 1 ? "is" : "are") + " not part of the fit error");
-  if (const Unmeshed off = unmeshed_points(surface, all.reduction.cloud); off.points > 0)
-    result.notes.push_back(counted(off.points, "input point") + " in " + counted(off.bins, "bin") +
-                           " of bare surroundings " + (off.points == 1 ? "is" : "are") +
-                           " on no triangle, first near " + place_text(off.first) +
-                           "; they count in the fit error: remove them (clean) or choose larger bins");
+  all.warnings = coverage_warnings(all);
+  result.notes.insert(result.notes.end(), all.warnings.begin(), all.warnings.end());
+  if (all.warnings.empty()) add_unmeshed_note(all, result.notes);
   all.notes = result.notes;
   TRY_ASSIGN(all.digests, points->digests(context));
   TRY(points->verify_unchanged());
@@ -195,6 +243,7 @@ Result<ScanResult> run_scan(const std::string& archive, const ScanSpec& scan, co
   const reduce::Report& counts = all.reduction.report;
   result.points_read = counts.points_read;
   result.points_used = counts.points_used;
+  result.points_meshed = all.fit.points_near;
   result.bins = counts.bins;
   result.kept = counts.kept;
   result.max_error_mm = all.fit.all.max_mm;

@@ -18,6 +18,7 @@ namespace scanmill::pipeline {
 struct ScanResult {
   std::string name;
   std::uint64_t points_read = 0, points_used = 0, bins = 0, kept = 0;
+  std::uint64_t points_meshed = 0;  // of the used ones: within one bin edge of the mesh
   std::uint64_t vertices = 0, triangles = 0, boundary_loops = 0, patches = 0, strays = 0;
   double max_error_mm = 0, rms_mm = 0;  // of all points that were used
   std::vector<std::string> notes;

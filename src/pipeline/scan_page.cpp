@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "base/text.hpp"
+#include "pipeline/density.hpp"
 #include "pipeline/run_scan.hpp"
 
 namespace scanmill::pipeline {
@@ -103,6 +104,9 @@ void add_points(const ScanResults& results, report::ScanReport& page) {
   const reduce::Report& r = results.reduction.report;
   page.points.read = r.points_read;
   page.points.used = r.points_used;
+  page.points.meshed = results.fit.points_near;
+  page.points.meshed_is_low =
+      static_cast<double>(results.fit.points_near) < kLeastMeshedShare * static_cast<double>(r.points_used);
   page.points.dropped = {{"not finite", r.not_finite}, {"no measurement in the cell", r.sensor_invalid}};
   if (results.cleaned.cleaned) {
     const clean::RuleCounts counts = results.cleaned.cleaned->counts();
@@ -208,7 +212,10 @@ report::ScanReport page_of(const ScanResults& results, std::vector<report::Pictu
   page.record = frame.record;
   for (const verify::Gate& gate : results.fit.gates)
     page.gates.push_back({"verify." + gate.name, gate.limit, gate.found, "mm", gate.passed});
-  for (const std::string& note : results.notes) page.notes.push_back({false, note});
+  for (const std::string& note : results.notes) {
+    const bool is_warning = std::find(results.warnings.begin(), results.warnings.end(), note) != results.warnings.end();
+    page.notes.push_back({is_warning, note});
+  }
   page.pictures = std::move(pictures);
   page.sections = std::move(sections);
   add_points(results, page);

@@ -170,6 +170,7 @@ void add_fit_counters(const verify::Quality& quality, const verify::Report& fit,
     record.counters.push_back({"verify", name, static_cast<double>(value), true});
   };
   const TopologyCounts& topology = quality.topology;
+  count("points_near", fit.points_near);
   count("vertices", topology.vertices_used);
   count("triangles", topology.triangles);
   count("edges", topology.edges);

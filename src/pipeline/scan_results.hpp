@@ -38,7 +38,8 @@ struct ScanResults {
   std::uint64_t points_in_strays = 0;  // not judged
   std::vector<std::string> digests;    // SHA-256 of each view of `points`
   std::vector<std::string> notes;
-  std::vector<WrittenFile> outputs;  // the mesh files and those of sections
+  std::vector<std::string> warnings;  // of the notes: what puts the result in doubt
+  std::vector<WrittenFile> outputs;   // the mesh files and those of sections
   std::vector<Section> sections{};
 };
 

@@ -45,11 +45,11 @@ struct Grown {
 };
 
 Result<Grown> grow_by_stars(const reduce::ReducedCloud& cloud, const Written& w, const What& what,
-                            const Context& context, MeshedSurface& out) {
+                            const Context& context, Progress& progress, MeshedSurface& out) {
   const stars::SurfacePoints points{cloud.lattice.edge_mm, cloud.base,   cloud.bins,       &cloud.index, w.measured,
                                     w.projected,           cloud.normal, cloud.sign_known, w.kept,       w.usable};
   TRY_ASSIGN(stars::Surface surface,
-             stars::mesh_points(points, {what.grow.range_bins, what.grow.min_angle_deg}, context));
+             stars::mesh_points(points, {what.grow.range_bins, what.grow.min_angle_deg}, context, progress));
   out.stars = surface.report;
   out.refused = surface.report.refused;
   return Grown{std::move(surface.triangles), std::move(surface.sign_known), {}, {}};
@@ -184,9 +184,9 @@ Result<MeshedSurface> mesh_surface(const reduce::ReducedCloud& cloud, const Boun
   const Vec3 offset = float32_offset(bounds, cloud.lattice.edge_mm);
   const Written w = written_points(cloud, offset);
   const bool by_front = what.grow.engine == Engine::Front;
-  progress.stage(by_front ? "grow" : "stars", 0, 0);
+  if (by_front) progress.stage("grow", 0, 0);
   TRY_ASSIGN(Grown grown, by_front ? grow_by_front(cloud, w, what, offset, context, out)
-                                   : grow_by_stars(cloud, w, what, context, out));
+                                   : grow_by_stars(cloud, w, what, context, progress, out));
   progress.stage("merge", 0, 0);
   merge::Merged merged =
       merge::merge_components({w.measured, offset, grown.side_known, grown.triangles, grown.patch}, what.merge);

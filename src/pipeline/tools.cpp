@@ -8,6 +8,7 @@
 #include "base/text.hpp"
 #include "export/writers.hpp"
 #include "pipeline/cloud_measure.hpp"
+#include "pipeline/density.hpp"
 #include "pipeline/init_job.hpp"
 #include "pipeline/reduced_file.hpp"
 #include "pipeline/scan_points.hpp"
@@ -66,11 +67,13 @@ Error named(Error error, const OpenedInputs& opened) {
   return std::move(error).at(scan.description.empty() ? scan.views.front().path : scan.description);
 }
 
-/// Notes of the scan and of every file of it.
-void add_notes(const OpenedInputs& opened, Node& out) {
+/// Notes of the scan and of every file of it, and what is to be said of bins finer than the points allow.
+void add_notes(const OpenedInputs& opened, Node& out, const reduce::ReducedCloud* cloud = nullptr) {
   std::vector<std::string> notes = opened.input.scan.notes;
   for (const OpenView& view : opened.points->views())
     for (const std::string& note : view.header.notes) notes.push_back(view.path + ": " + note);
+  if (std::string note = cloud != nullptr ? fine_bins_note(*cloud) : std::string(); !note.empty())
+    notes.push_back(std::move(note));
   if (!notes.empty()) out.set("notes", texts(notes));
 }
 
@@ -118,7 +121,7 @@ Result<ToolReport> reduce_to_file(const std::vector<std::string>& inputs, const 
   ToolReport report;
   report.values.set("file", output);
   report_reduction(reduction.report, report.values);
-  add_notes(opened, report.values);
+  add_notes(opened, report.values, &reduction.cloud);
   return report;
 }
 
@@ -145,6 +148,7 @@ Result<ToolReport> mesh_to_file(const std::vector<std::string>& inputs, const Wh
     TRY_ASSIGN(reduce::Reduction reduction, reduce_inputs(opened, what, context, progress));
     TRY(opened.points->verify_unchanged());
     report_reduction(reduction.report, report.values);
+    add_notes(opened, report.values, &reduction.cloud);
     cloud = std::move(reduction.cloud);
     bounds = reduction.report.bounds;
   }
@@ -194,7 +198,7 @@ Result<ToolReport> cloud_info(const std::string& input, const What& what, const 
   if (seen.spacing_mm)
     out.set("spacing_mm", *seen.spacing_mm);
   else
-    out.set("spacing_mm", "fewer than 1000 points: too few to tell");
+    out.set("spacing_mm", "fewer than 100 points: too few to tell");
   if (std::string problem = implausible_size(seen.bounds, points.units_mm(), 0); !problem.empty())
     out.set("warning", problem);
   if (seen.noise_mm) out.set("noise_mm_at_most", *seen.noise_mm);  // curvature and misregistration are in it

@@ -5,6 +5,7 @@
 #include <map>
 
 #include "base/text.hpp"
+#include "formats/probe.hpp"
 
 namespace scanmill::pipeline {
 namespace {
@@ -46,6 +47,22 @@ std::vector<Pose> poses_of(const ViewsSpec& spec, const std::vector<std::string>
     found.push_back(at->second);
   }
   return found;
+}
+
+/// Several views without a pose lie in one frame only if somebody put them there; depth maps never do.
+void say_when_stacked(const ViewsSpec& spec, ScanSpec& scan) {
+  if (scan.views.size() < 2 || !spec.poses.empty() || spec.pose) return;
+  const auto has_own_pose = [](const ViewSpec& view) { return formats::suffix_of(view.path) == "ptx"; };
+  if (std::all_of(scan.views.begin(), scan.views.end(), has_own_pose)) return;
+  const std::string count = std::to_string(scan.views.size());
+  if (spec.camera)
+    scan.broken = "views." + spec.name + ": found " + count +
+                  " depth maps and no poses; each lies in the frame of its own camera: name their poses (poses: "
+                  "trajectory.log), or take one map";
+  else
+    scan.notes.push_back(count +
+                         " views and no pose: all are taken to lie in one frame already; if each has its own, name "
+                         "their poses (views: poses)");
 }
 
 }  // namespace
@@ -121,6 +138,7 @@ ScanSpec scan_of_views(const ViewsSpec& spec, const std::vector<std::string>& fi
     view.pose_in_file_units = true;
     view.camera = spec.camera;
   }
+  say_when_stacked(spec, scan);
   std::sort(scan.views.begin(), scan.views.end(), [](const ViewSpec& a, const ViewSpec& b) { return a.path < b.path; });
   return scan;
 }

@@ -39,6 +39,8 @@ struct Dropped {
 struct Points {
   std::uint64_t read = 0, used = 0;
   std::vector<Dropped> dropped;
+  std::optional<std::uint64_t> meshed = {};  // of the used ones: within one bin edge of a triangle
+  bool meshed_is_low = false;                // shown as a fault
 };
 
 struct Reduction {

@@ -86,6 +86,9 @@ void add_points(const ScanReport& report, std::string& out) {
     table.row({"read", grouped(p.read), p.read > 0 ? "100 %" : "-"});
     for (const Dropped& d : p.dropped) table.row({"dropped: " + d.reason, grouped(d.count), share(d.count, p.read)});
     table.row({"used", grouped(p.used), share(p.used, p.read)}, "changed");
+    if (p.meshed)
+      table.row({"within one bin edge of the mesh", grouped(*p.meshed), share(*p.meshed, p.read)},
+                p.meshed_is_low ? "bad" : "");
   }
   if (report.reduction) {
     const Reduction& r = *report.reduction;

@@ -97,8 +97,13 @@ void add_tiles(const ScanReport& report, std::string& out) {
            : mesh.crossings  ? "manifold, oriented, no self-intersection"
                              : "manifold, oriented; self-intersections not looked for",
            mesh.faults() > 0);
-  add_tile(out, "points used", share(report.points.used, report.points.read),
-           grouped(report.points.used) + " of " + grouped(report.points.read));
+  const Points& points = report.points;
+  if (points.meshed)
+    add_tile(out, "points on the mesh", share(*points.meshed, points.used),
+             grouped(*points.meshed) + " of " + grouped(points.used) + " used, " + grouped(points.read) + " read",
+             points.meshed_is_low);
+  else
+    add_tile(out, "points used", share(points.used, points.read), grouped(points.used) + " of " + grouped(points.read));
   out += "</dl>\n";
 }
 

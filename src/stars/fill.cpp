@@ -85,21 +85,14 @@ bool add_all(Site& site, const std::vector<Triangle>& list, Triangle& failed) {
 /// One more measured point inside a small loop, from the unused and thinned-out ones, joined to all its edges.
 bool fill_around_point(Site& site, const Loop& loop, Report& report) {
   if (loop.size() > kLongestFanned) return false;
-  std::vector<std::int32_t> near;
   Vec3 side;
-  for (const std::uint32_t v : loop) {
-    site.around(v, site.front_radius(), near);
-    side += site.normal[v];
-  }
-  std::sort(near.begin(), near.end());
-  near.erase(std::unique(near.begin(), near.end()), near.end());
+  for (const std::uint32_t v : loop) side += site.normal[v];
   struct Choice {
     double sharpness;  // greatest cosine of a corner: the smaller the better
     std::uint32_t row;
   };
   std::vector<Choice> choices;
-  for (const std::int32_t row : near) {
-    const auto c = static_cast<std::uint32_t>(row);
+  for (const std::uint32_t c : site.in_range_of(loop.front())) {
     if (!site.points.usable[c] || !site.complex.fan(c).empty()) continue;
     const Vec3 n = dot(side, site.normal[c]) < 0 ? -site.normal[c] : site.normal[c];
     double sharpness = -1;
@@ -169,10 +162,11 @@ bool fill_loop(Site& site, const Loop& loop, Report& report) {
   return false;
 }
 
-void fill_loops(Site& site, const std::vector<std::uint32_t>& vertices, Report& report) {
+void fill_loops(Site& site, const std::vector<std::uint32_t>& vertices, Report& report, const Pace* pace) {
   const std::vector<Loop> loops = trace_loops(site, vertices, kLongestFilled);
   report.loops_found += loops.size();
-  for (const Loop& loop : loops) {
+  for (std::size_t n = 0; n < loops.size() && (pace == nullptr || pace->go_on(n, loops.size())); ++n) {
+    const Loop& loop = loops[n];
     bool still_open = true;  // an earlier fill may have closed an edge of this loop
     for (std::size_t i = 0; i < loop.size() && still_open; ++i)
       still_open = site.complex.half(loop[i], loop[(i + 1) % loop.size()]) == kNone;

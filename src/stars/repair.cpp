@@ -80,17 +80,13 @@ std::vector<std::uint32_t> doubtful(const Site& site, const std::vector<std::uin
 }  // namespace
 
 void fill_front(Site& site, const std::vector<std::uint32_t>& vertices, double greatest_cost, bool with_sectors) {
-  std::vector<std::int32_t> near;
   for (int pass = 0; pass < kFrontPasses; ++pass) {
     std::vector<std::uint32_t> ends;
     const std::vector<Half> open = open_halves(site, vertices, ends);
     std::vector<FrontChoice> choices;
     for (const auto& [p, q] : open) {
-      near.clear();
-      site.around(p, site.front_radius(), near);
-      for (const std::int32_t row : near) {
-        const auto w = static_cast<std::uint32_t>(row);
-        if (w == p || w == q || !site.complex.kept(w)) continue;
+      for (const std::uint32_t w : site.in_range_of(p)) {
+        if (w == q || !site.complex.kept(w)) continue;
         if (!site.complex.fan(w).empty() && !std::binary_search(ends.begin(), ends.end(), w)) continue;
         const Triangle t{p, q, w};
         if (!site.within_limits(t)) continue;

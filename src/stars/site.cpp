@@ -25,6 +25,22 @@ Site::Site(const SurfacePoints& surface, const Params& params, std::vector<Vec3>
       front_radius_(static_cast<int>(std::ceil(params.range_bins))),
       reader_(*surface.index) {}
 
+std::span<const std::uint32_t> Site::in_range_of(std::uint32_t v) const {
+  if (range_begin_.empty()) range_begin_.assign(points.bins.size(), kNone);
+  if (range_begin_[v] == kNone) {
+    rows_.clear();
+    around(v, front_radius_, rows_);
+    range_begin_[v] = static_cast<std::uint32_t>(range_rows_.size());
+    range_rows_.push_back(0);
+    for (const std::int32_t row : rows_)
+      if (const auto w = static_cast<std::uint32_t>(row); w != v && in_range(v, w)) range_rows_.push_back(w);
+    const auto first = range_rows_.begin() + range_begin_[v] + 1;
+    std::sort(first, range_rows_.end());
+    range_rows_[range_begin_[v]] = static_cast<std::uint32_t>(range_rows_.end() - first);
+  }
+  return {range_rows_.data() + range_begin_[v] + 1, range_rows_[range_begin_[v]]};
+}
+
 Vec3 Site::normal_of(const Triangle& t) const {
   return unit(cross(measured(t[1]) - measured(t[0]), measured(t[2]) - measured(t[0])));
 }

@@ -2,6 +2,7 @@
 // Where completion works: the complex with the geometry around it, and the tests every insertion must pass.
 // Internal to `stars`.
 #pragma once
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -22,7 +23,7 @@ class Site {
   std::vector<Vec3> normal;  // per vertex; repairs renew some
   /// Old values of normals that a fill turned, newest last; a repair that is undone puts them back.
   std::vector<std::pair<std::uint32_t, Vec3>> turned_normals;
-  double fill_fold = -0.8;   // least normal product over an edge of a fill; late repairs allow sharper creases
+  double fill_fold = -0.8;  // least normal product over an edge of a fill; late repairs allow sharper creases
   const SurfacePoints& points;
 
   double h() const { return points.edge_mm; }
@@ -53,7 +54,9 @@ class Site {
   void around(std::uint32_t v, int radius, std::vector<std::int32_t>& rows) const {
     reader_.window(points.bins[v], radius, rows);
   }
-  int front_radius() const { return front_radius_; }
+  /// All other rows within g1 of v, ascending. Kept from the first question on: repairs ask for the same vertices again
+  /// and again, and no point moves. Good until the next call.
+  std::span<const std::uint32_t> in_range_of(std::uint32_t v) const;
   Corners corners(const Triangle& t) const {
     return {{measured(t[0]), measured(t[1]), measured(t[2])}, {t[0], t[1], t[2]}};
   }
@@ -66,7 +69,8 @@ class Site {
   int front_radius_;  // bins: a window that holds every point within g1
   mutable BinIndex::Reader reader_;
   mutable std::vector<std::int32_t> rows_;
-  mutable std::vector<std::uint32_t> seen_;  // per triangle: number of the query that met it last
+  mutable std::vector<std::uint32_t> range_begin_, range_rows_;  // begin in range_rows_ per vertex: count, then rows
+  mutable std::vector<std::uint32_t> seen_;                      // per triangle: number of the query that met it last
   mutable std::uint32_t query_ = 0;
 };
 

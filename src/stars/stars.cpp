@@ -10,13 +10,15 @@
 
 namespace scanmill::stars {
 
-Result<Surface> mesh_points(const SurfacePoints& points, const Params& params, const Context& context) {
+Result<Surface> mesh_points(const SurfacePoints& points, const Params& params, const Context& context,
+                            Progress& progress) {
   if (!(params.range_bins > 0 && params.range_bins <= 2.5) ||
       !(params.min_angle_deg >= 0 && params.min_angle_deg <= 45))
     return fail(Code::BadParameter, "range_bins must be in (0, 2.5] and min_angle_deg in [0, 45]");
   Surface surface;
   Report& report = surface.report;
   for (const std::uint8_t kept : points.kept) report.kept += kept != 0;
+  progress.stage("stars", 0, 0);
   Vote vote;
   {
     const std::vector<Star> stars = stars_of(points, params, report.refused, context);
@@ -34,7 +36,7 @@ Result<Surface> mesh_points(const SurfacePoints& points, const Params& params, c
   }
   report.confirmed = site.complex.triangle_count();
   report.candidates = vote.candidates.size();
-  complete(site, vote.candidates, report, context);
+  complete(site, vote.candidates, report, context, progress);
   if (context.cancel.is_set()) return fail(Code::Cancelled, "stopped on request");
   report.open_edges = static_cast<std::uint64_t>(site.complex.open_edges());
   report.unused_points = static_cast<std::uint64_t>(site.complex.unused());

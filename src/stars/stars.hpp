@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "base/context.hpp"
+#include "base/progress.hpp"
 #include "base/result.hpp"
 #include "lattice/bin_index.hpp"
 #include "mesh/limits.hpp"
@@ -56,8 +57,15 @@ struct Surface {
 ///           range_bins h, no angle below min_angle_deg, whatever the input; gaps stay open
 /// errors    BadParameter outside the limits of GrowthLimits; Cancelled
 /// ties      weights hashed from bin keys for co-circular points; rows elsewhere
-/// cost      about 3.5 us per kept point, one thread; 150 bytes, and as much again while crossings are sought
+/// cost      about 3.5 us per kept point, one thread; 150 bytes, and as much again while crossings are sought; where
+///           bins are finer than the points lie apart, up to 30 us per kept point
+/// progress  stages "stars" and "complete", the latter with the loops of a round
 /// source    Bradley 2001, 4.2 for the limits; stars, vote and completion are ours
-Result<Surface> mesh_points(const SurfacePoints& points, const Params& params, const Context& context);
+Result<Surface> mesh_points(const SurfacePoints& points, const Params& params, const Context& context,
+                            Progress& progress);
+inline Result<Surface> mesh_points(const SurfacePoints& points, const Params& params, const Context& context) {
+  NoProgress quiet;
+  return mesh_points(points, params, context, quiet);
+}
 
 }  // namespace scanmill::stars

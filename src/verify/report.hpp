@@ -73,6 +73,7 @@ struct Gate {
 struct Report {
   double bin_mm = 0;
   std::uint64_t points_read = 0, not_finite = 0, sensor_invalid = 0;  // of the files; points judged are all.count
+  std::uint64_t points_near = 0;  // of those judged: within one bin edge of the mesh
   DistanceFigures all;
   DistanceFigures interior, open_border;  // apart: the nearest place lies on an open edge of the mesh, or not
   DistanceFigures patch_borders;          // nearest triangle has a corner on an edge between two patches

@@ -61,7 +61,7 @@ struct Judged {
 
 /// What one worker has seen.
 struct Seen {
-  std::uint64_t points_read = 0, not_finite = 0, sensor_invalid = 0;
+  std::uint64_t points_read = 0, not_finite = 0, sensor_invalid = 0, points_near = 0;
   Sums interior, open_border, patch_borders;
   Ranks interior_ranks, open_border_ranks, patch_border_ranks;
   std::vector<Sums> patches;
@@ -72,6 +72,7 @@ struct Seen {
     points_read += other.points_read;
     not_finite += other.not_finite;
     sensor_invalid += other.sensor_invalid;
+    points_near += other.points_near;
     interior.add(other.interior);
     open_border.add(other.open_border);
     patch_borders.add(other.patch_borders);
@@ -158,6 +159,7 @@ class Worker {
     seen.patches[judged_.patch_of(hit.triangle)].add(distance, units, is_above);
     count_signed(seen.histogram, is_above ? units : -units);
     const bool is_near = distance <= judged_.terms.bin_mm;
+    seen.points_near += is_near;
     auto& near = judged_.triangle_near[hit.triangle];
     if (is_near && near.load(std::memory_order_relaxed) == 0) near.store(1, std::memory_order_relaxed);
     if (feed_) feed_->add(n, distance, units, is_above, is_near);
@@ -263,6 +265,7 @@ Result<Report> verify_mesh(const Mesh& mesh, const PointSource& points, const Te
   report.points_read = seen.points_read;
   report.not_finite = seen.not_finite;
   report.sensor_invalid = seen.sensor_invalid;
+  report.points_near = seen.points_near;
   report.interior = figures_of(seen.interior, &seen.interior_ranks, terms.bin_mm);
   report.open_border = figures_of(seen.open_border, &seen.open_border_ranks, terms.bin_mm);
   report.patch_borders = figures_of(seen.patch_borders, &seen.patch_border_ranks, terms.bin_mm);

@@ -81,6 +81,37 @@ TEST(ReadText, LetsAHeaderChooseTheColumns) {
   EXPECT_EQ(read_whole("a.xyz", "# z y x\n1 2 3 4\n")->positions, expected);
 }
 
+TEST(ReadText, SplitsAHeaderAsItsNumbersAreSplit) {
+  const Points expected{{-2.5, 7, 19}, {1, 2, 3}};
+  const std::pair<std::string, std::string> files[] = {
+      {"Point No,X,Y,Z,I,R\n1,-2.5,7,19,5,6\n2,1,2,3,5,6\n", "2, 3 and 4 (X, Y, Z)"},
+      {"Point No;X;Y;Z;I;R\n1;-2.5;7;19;5;6\n2;1;2;3;5;6\n", "2, 3 and 4 (X, Y, Z)"},
+      {"Point No,X,Y,Z\nPt 1,-2.5,7,19\nPt 2,1,2,3\n", "2, 3 and 4"},
+      {"X [mm],Y [mm],Z [mm],R,G,B,u,v\n-2.5,7,19,1,2,3,4,5\n1,2,3,1,2,3,4,5\n", ""},
+      {"X [mm]\tY [mm]\tZ [mm]\tR\tG\tB\n-2.5\t7\t19\t1\t2\t3\n1\t2\t3\t1\t2\t3\n", ""},
+      {"X [mm] Y [mm] Z [mm] R G B\n-2.5 7 19 1 2 3\n1 2 3 1 2 3\n", ""},
+      {"I,Z (m),Y_mm,x/mm\n0,19,7,-2.5\n0,3,2,1\n", "4, 3 and 2 (x/mm, Y_mm, Z (m))"},
+      {"Feature,Side,X,Y,Z\nhole 1,left,-2.5,7,19\nhole 2,right,1,2,3\n", "3, 4 and 5"},
+      {"Id\tRemark\tX\tY\tZ\n7\tall well\t-2.5\t7\t19\n8\t\t1\t2\t3\n", "3, 4 and 5"},
+      {"Scan X of part 7, Y axis up, Z out\n-2.5, 7, 19, 17\n1, 2, 3, 17\n", "no line names x, y and z"},
+      {"Scan X of part 7, Y axis up, Z out\n-2.5 7 19 1 2 3 4 5 6 7 8\n1 2 3 1 2 3 4 5 6 7 8\n", "no line names"},
+      {"Hole 1,-2.5,7,19\nHole 2,1,2,3\n", "2, 3 and 4, the first that hold numbers"},
+      {"Export of X and Y and Z\nZ Y X\n19 7 -2.5\n3 2 1\n", "3, 2 and 1"}};
+  for (const auto& [text, note] : files) {
+    const auto whole = read_whole("a.csv", text);
+    ASSERT_TRUE(whole.ok()) << text << whole.error().text();
+    EXPECT_EQ(whole->positions, expected) << text;
+    std::string notes;
+    for (const std::string& line : whole->header.notes) notes += line + "\n";
+    EXPECT_NE(notes.find(note), std::string::npos) << text << notes;
+    EXPECT_EQ(note.empty(), notes.find("columns") == std::string::npos) << text << notes;
+  }
+  // An empty cell holds no number, whatever stands behind it.
+  expect_failure("X\tY\tZ\tI\n1\t2\t3\t4\n1\t\t3\t4\n", "a.xyz:3");
+  expect_failure("X,Y,Z,I\n1,2,3,4\n1 2,3,4\n", "a.xyz:3");
+  expect_failure("Point No X Y Z\n1 2 3 4\n", "5 words in the column names \"Point No X Y Z\" over 4 columns");
+}
+
 TEST(ReadText, TakesAPointCountThatIsTrueAndNoOther) {
   EXPECT_EQ(read_whole("a.pwn", "2\n1 2 3 0 0 1\n4 5 6 0 0 1\n")->positions.size(), 2u);
   EXPECT_EQ(read_whole("a.pts", "0\n")->header.rows, 0u);
@@ -108,6 +139,11 @@ TEST(ReadText, NamesTheLineThatIsWrong) {
   expect_failure("x,y,x\n1,2,3\n", "2 columns named x");
   expect_failure("1,5;2,5;3,5\n", "decimal commas");
   expect_failure("1,5 2,5 3,5\n", "decimal commas");
+  expect_failure("1.234,5;2.345,6;3.456,7\n", "decimal commas");
+  expect_failure("1.234,5 2.345,6 -3.456,7e-1\n", "decimal commas");
+  expect_failure("x;y;z\n1.234,5;2;3\n", "decimal commas");
+  expect_failure("1;2;3\n1,5;2;3\n", "a.xyz:2");
+  expect_failure("1 2 3\n1,5 2,5 3,5\n", "a.xyz:2: found decimal commas");
   expect_failure("just words\n", "no line with three numbers");
   expect_failure("", "empty");
   expect_failure("1 2 3\r4 5 6\r", "carriage return");

@@ -187,6 +187,55 @@ TEST(Discover, TakesAConfWithItsViews) {
   EXPECT_NE(scan_of(*found, "wrong/w").broken.find("wrong/w.conf:1"), std::string::npos);
 }
 
+TEST(Discover, KeepsTheViewsOfADescriptionThatCannotBeRead) {
+  const TempFolder folder;
+  const std::string good = " 0 0 0 0 0 0 1\n";
+  const std::string stations = "units: mm\nstations:\n  - {name: one, data: p1.ply}\n  - {name: two, data: p2.ply}\n";
+  folder.write("slip/s.conf", "bmesh a.ply" + good + "bmesh b.ply 0 0 zero 0 0 0 1\n");
+  folder.write("kinds/k.conf", "bmsh a.ply" + good + "bmsh ./b.ply" + good);
+  folder.write("rotated/r.aln", "2\na.ply\n#\n1 0 0\nb.ply\n");
+  folder.write("colon/c.yaml", "scanmill_plan 1\n" + stations);
+  folder.write("letter/l.yaml", "scanmil_plan: 1\n" + stations);
+  for (const char* place : {"slip/", "kinds/", "rotated/"})
+    for (const char* name : {"a.ply", "b.ply", "aa.ply"}) folder.write(std::string(place) + name, kPly);
+  for (const char* place : {"colon/", "letter/"})
+    for (const char* name : {"p1.ply", "p2.ply", "xp1.ply"}) folder.write(std::string(place) + name, kPly);
+  folder.write("other/settings.conf", "log = run.ply.log\n");
+  folder.write("other/stations.yaml", "stations: [north, south]\n");
+  folder.write("other/run.ply", kPly);
+  const auto found = discover(folder.file(""), false);
+  EXPECT_EQ(names_of(found), (Names{"colon/c", "colon/xp1", "kinds/aa", "kinds/k", "letter/l", "letter/xp1",
+                                    "other/run", "rotated/aa", "rotated/r", "slip/aa", "slip/s"}));
+  EXPECT_NE(scan_of(*found, "slip/s").broken.find("s.conf:2"), std::string::npos);
+  EXPECT_NE(scan_of(*found, "kinds/k").broken.find("k.conf:1: found \"bmsh\""), std::string::npos);
+  EXPECT_NE(scan_of(*found, "colon/c").broken.find("c.yaml:"), std::string::npos) << scan_of(*found, "colon/c").broken;
+  EXPECT_NE(scan_of(*found, "letter/l").broken.find("scanmill_plan"), std::string::npos)
+      << scan_of(*found, "letter/l").broken;
+}
+
+TEST(Discover, TellsOfWhatItPassesOver) {
+  const TempFolder folder;
+  for (const char* name : {"a.xyz.gz", "b.ply.gz", "c.zip", "d.tar.gz", "e.7z"}) folder.write(name, "\x1f\x8b");
+  folder.write("points", "1 2 3\n4 5 6\n");
+  folder.write("model", kPly);
+  folder.write("LICENSE", "Do as you please, in 3 ways.\n");
+  const std::string head = std::string("\x89PNG\r\n\x1a\n\0\0\0\rIHDR\0\0\0\1\0\0\0\1", 24);
+  folder.write("f1.png", head + std::string("\x10\0", 2));
+  folder.write("f2.png", head + std::string("\x10\0", 2));
+  folder.write("photo.png", head + std::string("\x08\2", 2));
+  const auto found = discover(folder.file(""), false);
+  ASSERT_TRUE(found.ok()) << found.error().text();
+  EXPECT_TRUE(found->scans.empty());
+  const auto& notes = found->notes;
+  EXPECT_TRUE(has_note(notes, "3 files packed (.gz) and not looked into; unpack, the first is a.xyz.gz"));
+  EXPECT_TRUE(has_note(notes, "1 file packed (.zip) and not looked into; unpack: c.zip"));
+  EXPECT_TRUE(has_note(notes, "packed (.7z)"));
+  EXPECT_TRUE(has_note(notes, "1 file without a suffix holding points (rename to .xyz, or name in views): points"));
+  EXPECT_TRUE(has_note(notes, "1 file without a suffix holding points (rename to .ply, or name in views): model"));
+  EXPECT_TRUE(has_note(notes, "2 files of 16-bit grey PNG, perhaps depth maps"));
+  EXPECT_EQ(notes.size(), 6u);
+}
+
 TEST(Discover, FindsOneScanInTheBunnyFolder) {
   const std::string data = support::data_folder();
   if (data.empty()) GTEST_SKIP() << "no development data";

@@ -146,6 +146,27 @@ TEST(Views, SayWhatDoesNotFit) {
             std::string::npos);
 }
 
+TEST(Views, WithoutAPoseAreToldOfAndDepthMapsRefused) {
+  const auto scan = [](const std::string& keys, const std::vector<std::string>& files) {
+    std::vector<std::string> matched;
+    const auto spec = keys_of("lattice: {bin_mm: 1}\nviews:\n  - {name: cap, files: '*', " + keys + "}\n").views.at(0);
+    return scan_of_views(spec, files, std::vector<formats::NamedPose>(), matched);
+  };
+  const std::string camera = "intrinsics: [525, 525, 320, 240]";
+  const auto stacked = scan("every: 1", {"a.pcd", "b.pcd", "c.pcd"});
+  ASSERT_EQ(stacked.notes.size(), 1u);
+  EXPECT_EQ(stacked.notes[0].rfind("3 views and no pose: all are taken to lie in one frame already", 0), 0u);
+  EXPECT_TRUE(stacked.broken.empty());
+  const auto depth = scan(camera, {"a.png", "b.png"});
+  EXPECT_NE(depth.broken.find("views.cap: found 2 depth maps and no poses"), std::string::npos) << depth.broken;
+  const std::string unit = "pose: [[1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]";
+  for (const auto& fine : {scan("every: 1", {"a.pcd"}), scan(camera, {"a.png"}), scan("every: 1", {"a.ptx", "b.ptx"}),
+                           scan(unit, {"a.pcd", "b.pcd"})}) {
+    EXPECT_TRUE(fine.notes.empty());
+    EXPECT_TRUE(fine.broken.empty()) << fine.broken;
+  }
+}
+
 TEST(Views, OfOneScanLeaveTheFingerprintsOfOthersAlone) {
   const TempFolder folder;
   folder.write("a.xyz", "1 2 3\n");

@@ -16,7 +16,13 @@ class PageWork : public Work {
   void check_part(const document::Node&, document::Problems&) const override {}
   document::Node overlay(document::Node base, const document::Node&) const override { return base; }
   Result<document::Node> resolve(const document::Node& what, const std::string&) const override { return what; }
-  Result<Archive> discover(const std::string&, const document::Node&) override { return Archive(); }
+  Result<Archive> discover(const std::string&, const document::Node&,
+                           const std::function<document::Node(const std::string&)>&) override {
+    return Archive();
+  }
+  std::optional<Fingerprint> known_fingerprint(std::size_t, const document::Node&) override { return std::nullopt; }
+  InputLook look_at(std::size_t) const override { return {}; }
+  std::string save_hashes_of(std::size_t) const override { return {}; }
   Result<Fingerprint> fingerprint(std::size_t, const document::Node&) override { return Fingerprint(); }
   Result<Outcome> run(std::size_t, const document::Node&, const std::string&, const Context&, Progress&) override {
     return Outcome();

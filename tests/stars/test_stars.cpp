@@ -6,6 +6,7 @@
 #include "stars/complete.hpp"
 #include "stars/vote.hpp"
 #include "support/meshing.hpp"
+#include "support/shapes.hpp"
 
 namespace scanmill::stars {
 namespace {
@@ -84,6 +85,60 @@ TEST(MeshPoints, StopsWhenCancelled) {
   const auto surface = mesh_points(made.points(), {}, workers.context());
   ASSERT_FALSE(surface.ok());
   EXPECT_EQ(surface.error().code, Code::Cancelled);
+}
+
+/// Points of a plane, one per four bins on average: more holes than mesh.
+HandMade sieve() {
+  Random random(5, 6, 7);
+  std::vector<Vec3> at;
+  for (int i = 0; i < 90; ++i)
+    for (int j = 0; j < 90; ++j)
+      if (random.uniform() < 0.4)
+        at.push_back(support::snapped({i + 0.1 + 0.8 * random.uniform(), j + 0.1 + 0.8 * random.uniform(), 0.5}));
+  return HandMade(at);
+}
+
+class Counted final : public Progress {
+ public:
+  explicit Counted(CancelFlag* cancel = nullptr) : cancel_(cancel) {}
+  void stage(std::string_view name, std::uint64_t done, std::uint64_t total) override {
+    if (name != "complete" || total == 0) return;
+    ++calls;
+    most = std::max(most, done);
+    if (cancel_ != nullptr) cancel_->set();
+  }
+  std::uint64_t calls = 0, most = 0;
+
+ private:
+  CancelFlag* cancel_;
+};
+
+TEST(Complete, TellsThatItGoesOnAndStopsAtOnce) {
+  const HandMade made = sieve();
+  support::Workers workers;
+  Counted watched;
+  const auto surface = mesh_points(made.points(), {}, workers.context(), watched);
+  ASSERT_TRUE(surface.ok());
+  EXPECT_GT(surface->report.repairs_tried, 0u);
+  EXPECT_GT(watched.calls, 3u);
+  EXPECT_GE(watched.most, 64u);
+  Counted stopping(&workers.cancel);
+  const auto stopped = mesh_points(made.points(), {}, workers.context(), stopping);
+  ASSERT_FALSE(stopped.ok());
+  EXPECT_EQ(stopped.error().code, Code::Cancelled);
+  EXPECT_LE(stopping.calls, 2u);
+}
+
+TEST(Complete, TriesASieveOnceAndLeavesItSound) {
+  const HandMade made = sieve();
+  const support::Workers workers;
+  const auto surface = mesh_points(made.points(), {}, workers.context());
+  ASSERT_TRUE(surface.ok());
+  const Report& report = surface->report;
+  EXPECT_GT(report.open_edges + report.unused_points, report.kept / 5);
+  EXPECT_LT(report.repairs_tried, report.kept);
+  const auto found = support::check_mesh(made.at, surface->triangles, 2.5, 5);
+  EXPECT_TRUE(found.sound()) << found;
 }
 
 /// Stars written by hand over a square 0 1 2 3 with both diagonals wanted by somebody.
