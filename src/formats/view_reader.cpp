@@ -29,7 +29,8 @@ Result<Format> format_of(const ByteSource& source) {
       return Format::Png;
     case FileKind::Unsupported:
       return fail(Code::Unsupported,
-                  "the file format " + found.format + " is not read by this version; convert the file to PLY or XYZ",
+                  "the file format " + found.format + " is not read by this version; convert the file to " +
+                      (found.format == "LAZ" ? "LAS" : "PLY or XYZ"),
                   source.name());
     case FileKind::PoseMatrices:
       return fail(Code::BadInput, "the file holds 4x4 pose matrices, wanted points", source.name());
