@@ -18,6 +18,7 @@ constexpr int kRounds = 10;
 /// Open edges plus unused points per kept point above which further rounds are not worth their time: bins too fine for
 /// the points leave a sieve, where the first round closes about 4 % of what is open and all others together 1 %.
 constexpr double kHopeless = 0.2;
+constexpr std::int64_t kHopelessLeast = 5000;  // the border of a small open part is no sieve
 constexpr double kFold = -0.5;
 
 /// Removes one triangle of each crossing pair: fewer votes goes, then the larger circumradius, then the later one.
@@ -119,7 +120,9 @@ void complete(Site& site, const std::vector<Candidate>& candidates, Report& repo
   cut_crossings(site, report, context);  // confirmed triangles were not tested against each other
   RepairHistory history(site);
   const std::int64_t open = site.complex.open_edges() + site.complex.unused();
-  const int rounds = static_cast<double>(open) > kHopeless * static_cast<double>(report.kept) ? 1 : kRounds;
+  const bool hopeless =
+      open > kHopelessLeast && static_cast<double>(open) > kHopeless * static_cast<double>(report.kept);
+  const int rounds = hopeless ? 1 : kRounds;
   for (int round = 0; round < rounds; ++round) {
     const std::int64_t before = site.complex.open_edges() + site.complex.unused();
     const std::vector<Loop> loops = trace_loops(site, open_vertices(site), kLongestRepaired);

@@ -171,7 +171,7 @@ def bench_of_a_job_measures_and_compares(work):
     assert "scans/h" in text and not os.path.exists(f"{work}/told"), text
     bench = json.load(open(f"{work}/b.json"))
     assert bench["input"]["scans"] == 1 and bench["runs"][0]["scans_per_hour"] > 0
-    assert {"reduce", "mesh", "verify"} <= {stage["name"] for stage in bench["runs"][0]["stages"]}
+    assert {"reduce", "stars", "verify"} <= {stage["name"] for stage in bench["runs"][0]["stages"]}
     bench["runs"][0]["yardsticks"]["median"] /= 20
     json.dump(bench, open(f"{work}/faster.json", "w"))
     text = run("bench", job, "--repeat", 1, "--against", f"{work}/faster.json", "--threads", 1, want=4)

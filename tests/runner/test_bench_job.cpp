@@ -15,7 +15,8 @@ class BenchJob : public RunnerTest {
     setenv("TMPDIR", (root + "/tmp").c_str(), 1);
     spill(root + "/archive/a.txt", "one");
     spill(root + "/archive/b.txt", "rough");  // a failed gate is no reason not to time it
-    spill(root + "/job.yaml", "scanmill: 1\narchive: archive\nlattice: {bin_mm: 1}\nnotify: [{run: touch told}]\n");
+    spill(root + "/job.yaml",
+          "scanmill: 1\narchive: archive\nexecutor: inline\nlattice: {bin_mm: 1}\nnotify: [{run: touch told}]\n");
   }
   void TearDown() override {
     unsetenv("TMPDIR");
