@@ -6,6 +6,7 @@
 
 #include "base/text.hpp"
 #include "runner/glob.hpp"
+#include "runner/scan_messages.hpp"
 #include "store/files.hpp"
 
 namespace scanmill::runner {
@@ -81,7 +82,8 @@ Result<Selection> select_scans(const Job& job, std::span<const std::string> only
   for (const ScanTask& task : tasks) selection.all_names.push_back(task.name);
   if (tasks.empty())
     return fail(Code::BadParameter,
-                "archive: found no scan in " + job.archive + "; wanted point files, .conf files or scan plans",
+                "archive: found no scan in " + job.archive + "; wanted point files, .conf files or scan plans" +
+                    (selection.notes.empty() ? "" : "; found " + joined_lines(selection.notes, "; ")),
                 archive_place(job));
 
   Lines lines;

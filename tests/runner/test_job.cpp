@@ -87,6 +87,14 @@ TEST(JobFrom, NamesTheCommandLineAsPlaceOfBadSets) {
   }
 }
 
+TEST(Glob, MatchesNamesAsTheFilesAreCalled) {
+  EXPECT_TRUE(matches("%C3%96l*", "%C3%96lfilter"));
+  EXPECT_TRUE(matches("Öl*", "%C3%96lfilter"));
+  EXPECT_TRUE(matches("a b", "a%20b"));
+  EXPECT_FALSE(matches("Ol*", "%C3%96lfilter"));
+  EXPECT_TRUE(matches("50%", "50%"));
+}
+
 TEST(JobFrom, ReadsHowToRun) {
   const auto read =
       job("scanmill: 1\nsettle_s: 5\nexecutor: inline\nretry: {transient: 4, wait_s: 0.5}\n"
