@@ -180,8 +180,8 @@ class Driver {
         {options_, tree_, work_, quarantine_, stop_, report_.host, shared_memory(), journal_ ? journal_->epoch() : 0});
     const auto executor = executor_for(maker);
     Scheduler scheduler({options_, job_.how, tree_, selection_, maker, work_, console_, stop_, report_, quarantine_,
-                         journal_.get(), *executor, shared_memory(), [this] { return save_report(); },
-                         [this](const Error& error) { console_.complain(error); }});
+                         journal_.get(), *executor, shared_memory(), in_this_process(),
+                         [this] { return save_report(); }, [this](const Error& error) { console_.complain(error); }});
     const int code = scheduler.run();
     if (options_.dry_run && code == kExitGood) show_forecast();
     if (journal_) {

@@ -187,6 +187,10 @@ void Scheduler::start_ready() {
     auto next = list_.next(room(), Clock::now());
     if (!next) break;
     auto& [item, order] = *next;
+    if (p_.one_at_a_time) {
+      order.threads = p_.report.threads;
+      order.memory = p_.memory;
+    }
     if (item.not_before != Clock::time_point{} && item.transient == 0 &&
         seconds_since(began_) < static_cast<double>(kMostWaits * p_.how.settle_s) && !settles(item)) {
       list_.add(item);

@@ -29,8 +29,9 @@ class Scheduler {
     Quarantine& quarantine;
     Journal* journal;  // nullptr in a dry run
     Executor& executor;
-    std::uint64_t memory = 0;   // to share out; 0: no cap
-    std::function<int()> save;  // run.json; the exit code
+    std::uint64_t memory = 0;    // to share out; 0: no cap
+    bool one_at_a_time = false;  // each gets everything
+    std::function<int()> save;   // run.json; the exit code
     std::function<void(const Error&)> complain;
   };
   explicit Scheduler(Parts parts);
