@@ -184,6 +184,20 @@ int run_retry(const CommonOptions& common, const std::string& out, const std::ve
   return again->only.empty() ? runner::kExitGood : run_run(common, *std::move(again), stop);
 }
 
+namespace {
+
+/// What a run and the bench of one take from the command line and the build.
+template <class Options>
+Result<void> complete(const CommonOptions& common, Options& options) {
+  TRY_ASSIGN(options.memory, common.memory_cap());
+  options.threads = common.threads;
+  options.version = version();
+  options.libraries = libraries();
+  return {};
+}
+
+}  // namespace
+
 int run_run(const CommonOptions& common, runner::RunOptions options, runner::Stop& stop) {
   auto console_options = common.console();
   if (console_options && !options.dag.empty()) {
@@ -192,12 +206,7 @@ int run_run(const CommonOptions& common, runner::RunOptions options, runner::Sto
   }
   Console console(console_options ? *console_options : runner::ConsoleOptions{});
   if (!console_options) return complain(console, console_options.error());
-  const auto cap = common.memory_cap();
-  if (!cap) return complain(console, cap.error());
-  options.memory = *cap;
-  options.threads = common.threads;
-  options.version = version();
-  options.libraries = libraries();
+  if (const auto done = complete(common, options); !done) return complain(console, done.error());
   PipelineWork work({options.job, "scanmill " + options.version, runner::utc_now()});
   return runner::run_job(options, work, console, stop);
 }
@@ -206,12 +215,7 @@ int run_bench_job(const CommonOptions& common, runner::BenchJobOptions options, 
   const auto console_options = common.console();
   Console console(console_options ? *console_options : runner::ConsoleOptions{});
   if (!console_options) return complain(console, console_options.error());
-  const auto cap = common.memory_cap();
-  if (!cap) return complain(console, cap.error());
-  options.memory = *cap;
-  options.threads = common.threads;
-  options.version = version();
-  options.libraries = libraries();
+  if (const auto done = complete(common, options); !done) return complain(console, done.error());
   options.work = [job = options.job, version = options.version] {
     return std::make_unique<PipelineWork>(pipeline::RunFrame{job, "scanmill " + version, runner::utc_now()});
   };
