@@ -11,6 +11,7 @@
 #include <limits>
 #include <utility>
 
+#include "base/wide.hpp"
 #include "render/colours.hpp"
 
 namespace scanmill::render {
@@ -256,24 +257,35 @@ void paint_dot(const Dot& dot, Tile& tile) {
     }
 }
 
-void shade_by_depth(Tile& tile) {
+/// Row by row and neighbour by neighbour: what runs along a row goes into wide registers, and the sums add up in the
+/// same order for every sample.
+SCANMILL_WIDE void shade_by_depth(Tile& tile) {
   static constexpr int kSteps[8][2] = {{1, 0}, {-1, 0}, {0, 1}, {0, -1}, {1, 1}, {-1, 1}, {1, -1}, {-1, -1}};
-  const std::vector<Packed> before = tile.colour;
-  for (int y = kApron; y < tile.height - kApron; ++y)
-    for (int x = kApron; x < tile.width - kApron; ++x) {
-      const std::size_t at = tile.row(y) + static_cast<std::size_t>(x);
-      if (before[at].covered == 0) continue;
-      double sum = 0;
-      for (const auto& step : kSteps)
-        for (int reach : {2, kApron}) {
-          const float other = tile.depth[tile.row(y + step[1] * reach) + static_cast<std::size_t>(x + step[0] * reach)];
-          // A cliff counts no more than a steep slope: beyond that distance says nothing of shape.
-          if (other != kNothing) sum += std::clamp((other - tile.depth[at]) / static_cast<float>(reach), 0.0f, 4.0f);
+  const auto width = static_cast<std::size_t>(tile.width - 2 * kApron);
+  std::vector<double> sum(width);
+  for (int y = kApron; y < tile.height - kApron; ++y) {
+    const std::size_t first = tile.row(y) + kApron;
+    std::fill(sum.begin(), sum.end(), 0.0);
+    for (const auto& step : kSteps)
+      for (const int reach : {2, kApron}) {
+        const float* own = &tile.depth[first];
+        const float* other =
+            &tile.depth[tile.row(y + step[1] * reach) + static_cast<std::size_t>(kApron + step[0] * reach)];
+        const float per_reach = 1 / static_cast<float>(reach);  // a power of two: exact
+        // A cliff counts no more than a steep slope: beyond that distance says nothing of shape. Where there is
+        // nothing, the depth is so low that it counts as 0.
+        for (std::size_t x = 0; x < width; ++x) {
+          const float rise = (other[x] - own[x]) * per_reach;
+          sum[x] += static_cast<double>(rise > 0 ? (rise < 4 ? rise : 4) : 0);
         }
-      const double light = 1 / (1 + 0.055 * sum);
-      const Packed& c = before[at];
-      tile.colour[at] = {shaded(c.r, light), shaded(c.g, light), shaded(c.b, light), 1};
+      }
+    for (std::size_t x = 0; x < width; ++x) {
+      Packed& c = tile.colour[first + x];
+      if (c.covered == 0) continue;
+      const double light = 1 / (1 + 0.055 * sum[x]);
+      c = {shaded(c.r, light), shaded(c.g, light), shaded(c.b, light), 1};
     }
+  }
 }
 
 // --- tiles -------------------------------------------------------------------------------------------------------
