@@ -16,6 +16,7 @@
 #include "pipeline/audit.hpp"
 #include "pipeline/bench_stages.hpp"
 #include "pipeline/mesh_tools.hpp"
+#include "pipeline/record_info.hpp"
 #include "pipeline/replay_plan.hpp"
 #include "runner/console.hpp"
 #include "runner/job.hpp"
@@ -159,8 +160,8 @@ void add_tool_commands(CLI::App& app, Options& options) {
   render.add_option("--error-range-mm", options.picture.error_range_mm, "Both ends of the error scale.");
   options.render.add_to(render, {""});
   CLI::App& info = command(app, options, "info",
-                           "Format, size, spacing and noise of a cloud with a suggested bin, or quality of a mesh.");
-  info.add_option("file", options.input, "Cloud file, .conf file, scan plan or mesh.")->required();
+                           "What a cloud (size, spacing, noise, suggested bin), a mesh (quality) or a record holds.");
+  info.add_option("file", options.input, "Cloud file, .conf file, scan plan, mesh or record.h5.")->required();
   options.info.add_to(info, {""});
   CLI::App& convert = command(app, options, "convert",
                               "A cloud, posed, in mm, as float64 PLY; or a mesh as STL, PLY, OBJ, IGES, DXF or 3MF.");
@@ -276,12 +277,27 @@ Result<pipeline::ToolReport> run_stage(const std::string& name, const Options& o
     timing.processor = runner::processor_name();
     return pipeline::bench_stages(timing, what, context, progress);
   }
+  if (name == "info") {
+    TRY_ASSIGN(const bool is_record, pipeline::is_record_file(o.input));
+    if (is_record) return pipeline::record_info(o.input, progress);
+  }
   TRY_ASSIGN(const bool is_mesh, pipeline::is_mesh_file(o.input));
   if (name == "info")
     return is_mesh ? pipeline::mesh_info(o.input, what, context, progress)
                    : pipeline::cloud_info(o.input, what, context, progress);
   return is_mesh && !o.as_points ? pipeline::convert_mesh(o.input, what, o.form, o.output, context, progress)
                                  : pipeline::convert_cloud(o.input, what, o.output, context, progress);
+}
+
+int print_schema_line(const std::string& name, const std::string& text) {
+  const auto tree = document::parse_json(text, name);
+  if (!tree) return refuse(tree.error().text(), true);
+  document::Node line = document::Node::map();
+  line.set("type", "schema");
+  line.set("name", name);
+  line.set("schema", *tree);
+  std::printf("%s\n", document::to_json(line).c_str());
+  return runner::kExitGood;
 }
 
 /// A stage is a word; a job is a file.
@@ -302,6 +318,7 @@ int dispatch(const CLI::App& app, Options& options) {
   if (name == "schema") {
     const auto text = schema_text(options.schema);
     if (!text) return refuse(text.error().message, options.common.json);
+    if (options.common.json) return print_schema_line(options.schema, *text);
     std::fputs(text->c_str(), stdout);
     return runner::kExitGood;
   }
@@ -342,6 +359,7 @@ int run(int argc, char** argv) {
     } catch (const CLI::CallForHelp& help) {
       return app.exit(help);
     } catch (const CLI::CallForVersion& shown) {
+      if (json) return std::puts(version_line().c_str()) < 0 ? runner::kExitInternal : runner::kExitGood;
       return app.exit(shown);
     } catch (const CLI::ParseError& error) {
       const std::string unknown = unknown_word(app);

@@ -18,6 +18,10 @@ std::string limits_text(const Field& row) {
          "]";
 }
 
+bool is_digits(std::string_view text) {
+  return !text.empty() && std::all_of(text.begin(), text.end(), [](char c) { return c >= '0' && c <= '9'; });
+}
+
 bool is_extension(std::string_view key) { return key.substr(0, 2) == "x-"; }
 
 /// One overload per kind of member; returns what is allowed when the value is of another kind, else an empty text.
@@ -66,6 +70,7 @@ void Problems::add_unknown(const Node::Entry& entry, const std::string& prefix,
   std::string sentence = "unknown key; allowed " + joined(allowed);
   const std::string_view nearest = nearest_name(entry.key, allowed);
   if (!nearest.empty()) sentence += "; nearest " + std::string(nearest);
+  if (is_digits(entry.key)) sentence += "; is it the end of a number? Decimals take a point, not a comma";
   add(entry.mark, prefix.empty() ? entry.key : prefix + "." + entry.key, sentence);
 }
 
@@ -96,6 +101,20 @@ std::string first_words(std::string text) {
   return text.substr(0, end) + "...";
 }
 
+/// What slips a person makes with numbers: a decimal comma, a unit behind.
+std::string number_hint(std::string_view word) {
+  const std::size_t comma = word.find(',');
+  if (comma != std::string_view::npos && is_digits(word.substr(0, comma)) && is_digits(word.substr(comma + 1)))
+    return "; decimals take a point: " + std::string(word.substr(0, comma)) + "." + std::string(word.substr(comma + 1));
+  const std::size_t end = word.find_first_not_of("0123456789.");
+  if (end == std::string_view::npos || end == 0) return {};
+  const std::string_view unit = word.substr(std::min(word.find_first_not_of(' ', end), word.size()));
+  for (const std::string_view known : {"mm", "um", "cm", "m", "in", "inch", "deg", "s", "h", "min", "bins", "%"})
+    if (unit == known)
+      return "; the key's name says the unit, give the number alone: " + std::string(word.substr(0, end));
+  return {};
+}
+
 }  // namespace
 
 std::string shown(const Node& node) {
@@ -116,6 +135,7 @@ void read_field(const Node& value, const std::string& key, const Field& row, voi
     std::string sentence = "found " + shown(value) + "; allowed " + allowed;
     const std::string_view nearest = value.is_string() ? nearest_name(value.as_string(), row.words) : "";
     if (!nearest.empty()) sentence += "; nearest " + std::string(nearest);
+    if (value.is_string() && row.words.empty()) sentence += number_hint(value.as_string());
     problems.add(value.mark, key, sentence);
     return;
   }

@@ -8,6 +8,7 @@
 
 #include "base/text.hpp"
 #include "formats/cursor.hpp"
+#include "formats/decimal.hpp"
 
 namespace scanmill::formats {
 namespace {
@@ -152,6 +153,15 @@ class Parser {
   bool has_format_ = false;
 };
 
+/// Rows of numbers under a name that ends in .ply.
+std::string hint_of(const std::vector<std::string_view>& words) {
+  double number = 0;
+  if (words.size() < 3) return {};
+  for (const std::string_view word : words)
+    if (parse_decimal(word.data(), word.data() + word.size(), number) != word.data() + word.size()) return {};
+  return "; rows of numbers are read with format: text in the job (--format text)";
+}
+
 }  // namespace
 
 std::size_t size_of(PlyType type) {
@@ -215,7 +225,7 @@ Result<PlyHeader> read_ply_header(const ByteSource& source) {
   TRY_ASSIGN(const std::string_view first, cursor.line());
   const auto words = words_of(first);
   if (words.size() != 1 || words[0] != "ply")
-    return fail(Code::BadInput, "found " + quoted(first) + ", wanted \"ply\" as the first line",
+    return fail(Code::BadInput, "found " + quoted(first) + ", wanted \"ply\" as the first line" + hint_of(words),
                 line_place(source.name(), 1));
   for (std::uint64_t number = 2; !cursor.at_end() && cursor.offset() < kMaxHeader; ++number) {
     TRY_ASSIGN(const std::string_view line, cursor.line());

@@ -250,13 +250,15 @@ class Finder {
     const auto probe = source.ok() ? formats::probe(**source) : Result<formats::Probe>(source.error());
     // A file that cannot be opened is a scan that fails when it is read; it must not vanish from the list.
     if (probe.ok() && keys_.format == formats::Format::Auto) {
-      if (probe->kind == formats::FileKind::DepthMap)
+      if (probe->kind == formats::FileKind::DepthMap) {
+        found_.depth_maps.push_back(file);
         return note("of depth maps (name them in views, with intrinsics)", file), Result<void>{};
+      }
       if (probe->kind == formats::FileKind::Unsupported)
         return note("of the format " + probe->format + " not read by this version", file), Result<void>{};
       if (probe->kind == formats::FileKind::Other)
         return note("holding no lines of three numbers", file), Result<void>{};
-      if (probe->kind == formats::FileKind::PoseMatrices) return {};
+      if (probe->kind == formats::FileKind::PoseMatrices) return found_.pose_files.push_back(file), Result<void>{};
       if (probe->has_faces && !takes_vertices(file))
         return note("with faces (set mesh_vertices_as_scan: true to take their vertices)", file), Result<void>{};
     }
@@ -271,9 +273,9 @@ class Finder {
     const auto source = open(file);
     if (!source.ok()) return;
     if (suffix == "png") {
-      if (formats::is_depth_map(**source))
-        note("of 16-bit grey PNG, perhaps depth maps (name them in views, with intrinsics and poses)", file);
-      return;
+      if (!formats::is_depth_map(**source)) return;
+      found_.depth_maps.push_back(file);
+      return note("of 16-bit grey PNG, perhaps depth maps (name them in views, with intrinsics and poses)", file);
     }
     const auto probe = formats::probe(**source);
     if (!probe.ok()) return;

@@ -12,8 +12,10 @@
 namespace scanmill::pipeline {
 
 struct Discovery {
-  std::vector<ScanSpec> scans;     // by name
-  std::vector<std::string> notes;  // files that look like points but are no scans, one sentence per kind
+  std::vector<ScanSpec> scans;          // by name
+  std::vector<std::string> notes;       // files that look like points but are no scans, one sentence per kind
+  std::vector<std::string> depth_maps;  // 16-bit grey PNGs that no entry of `views` takes, by path
+  std::vector<std::string> pose_files;  // point files by name that hold nothing but 4x4 matrices, by path
 };
 
 /// The what keys that say what is a scan.

@@ -10,15 +10,18 @@
 #include "document/document.hpp"
 #include "pipeline/cloud_measure.hpp"
 #include "pipeline/discovery.hpp"
+#include "pipeline/init_depth.hpp"
 #include "pipeline/scan_points.hpp"
 #include "pipeline/watched_points.hpp"
 #include "plan/plan.hpp"
+#include "store/files.hpp"
 
 namespace scanmill::pipeline {
 namespace {
 
 constexpr std::size_t kMeasured = 40;  // scans looked at in full
 constexpr double kDiffers = 1.1;       // bins that differ by more than this get an override
+constexpr double kNoisesOfDepth = 8;   // in a bin of depth maps: noise of an eighth of a bin meshes well
 constexpr double kBinsOfFew = 10;      // across a scan with too few points to tell
 
 /// Units by the size an object would have: a scanned part is 5 mm to 5 m; larger only when metres make a room of it.
@@ -59,6 +62,9 @@ struct Seen {
   double bin_mm = 0;     // to be set for it; one that `run` does not refuse
 };
 
+/// Of depth maps, which 1000 steps a metre make metres.
+bool is_depth(const ScanSpec& scan) { return !scan.views.empty() && scan.views.front().camera.has_value(); }
+
 Seen look_at(const std::string& archive, const ScanSpec& scan, const Context& context, Progress& progress) {
   Seen seen;
   seen.scan = &scan;
@@ -75,7 +81,7 @@ Seen look_at(const std::string& archive, const ScanSpec& scan, const Context& co
   seen.measure = *first;
   if (scan.units_mm > 0) return seen;
   const Vec3 size = first->bounds.size();
-  seen.units = guess_units(std::max({size.x, size.y, size.z})).word;
+  seen.units = is_depth(scan) ? "m" : guess_units(std::max({size.x, size.y, size.z})).word;
   if (seen.units == "mm") return seen;
   // Lengths go with the unit; measured again, because trial lattices begin at the origin.
   if (auto again = measured(plan::unit_mm(seen.units).value_or(1)); again.ok()) seen.measure = *again;
@@ -110,6 +116,9 @@ double bin_for(const Seen& seen) {
   const Vec3 size = seen.measure.bounds.size();
   const double largest = std::max({size.x, size.y, size.z});
   double bin = rounded(seen.measure.suggested_bin_mm.value_or(largest / kBinsOfFew));
+  // Noise of depth cameras is far above their pixels, and many frames over each other make up for coarse bins.
+  if (is_depth(*seen.scan) && seen.measure.noise_mm)
+    bin = rounded(std::max(bin, kNoisesOfDepth * *seen.measure.noise_mm));
   const double units = seen.scan->units_mm > 0 ? seen.scan->units_mm : plan::unit_mm(seen.units).value_or(1);
   for (int halved = 0; halved < 8 && !implausible_size(seen.measure.bounds, units, bin).empty(); ++halved)
     bin = rounded(bin / 2);
@@ -149,7 +158,18 @@ std::string override_of(const Seen& seen, const std::string& units, double bin) 
   return keys.empty() ? keys : "  - scans: " + quoted(seen.scan->name) + "\n" + keys;
 }
 
-std::string job_text(const std::string& name, const Discovery& found, const std::vector<Seen>& list) {
+std::string units_text(const std::vector<Seen>& list, const std::string& units) {
+  if (units.empty()) return "\n# The scan plans say the units of their files.\n";
+  const auto seen = std::find_if(list.begin(), list.end(), [&](const Seen& s) { return s.units == units; });
+  if (is_depth(*seen->scan)) return "\n# Depth maps of 1000 steps a metre.\nunits: " + units + "\n";
+  const Vec3 size = seen->measure.bounds.size();
+  const double extent = std::max({size.x, size.y, size.z}) / plan::unit_mm(units).value_or(1);
+  return "\n# The files do not say their units: " + std::string(guess_units(extent).reason) + "; the numbers span " +
+         short_text(extent) + ".\nunits: " + units + "\n";
+}
+
+std::string job_text(const std::string& name, const Discovery& found, const std::vector<DepthViews>& depth,
+                     const std::vector<Seen>& list) {
   std::string text =
       "# A first job for this archive; every other key has a default (scanmill schema job lists them).\n"
       "scanmill: 1\n"
@@ -159,20 +179,12 @@ std::string job_text(const std::string& name, const Discovery& found, const std:
           (list.size() < found.scans.size() ? ", " + std::to_string(list.size()) + " of them looked at" : "") + ":\n";
   for (const Seen& seen : list) text += comment_of(seen);
   for (const std::string& note : found.notes) text += "# note: " + note + "\n";
+  for (const std::string& file : found.pose_files)
+    text += "# note: " + file +
+            " holds 4x4 matrices: poses of views of one scan? Then name files and poses in views (docs/formats.md).\n";
   const std::string units = most_common_units(list);
-  if (units.empty()) {
-    text += "\n# The scan plans say the units of their files.\n";
-  } else {
-    double extent = 0;
-    for (const Seen& seen : list)
-      if (seen.units == units) {
-        const Vec3 size = seen.measure.bounds.size();
-        extent = std::max({size.x, size.y, size.z}) / plan::unit_mm(units).value_or(1);
-        break;
-      }
-    text += "\n# The files do not say their units: " + std::string(guess_units(extent).reason) + "; the numbers span " +
-            short_text(extent) + ".\nunits: " + units + "\n";
-  }
+  text += units_text(list, units);
+  if (!depth.empty()) text += views_text(depth);
   const auto bin = middle_bin(list);
   text +=
       "\n# Two point spacings, up to three where there is noise: finer bins would leave holes and mesh the "
@@ -193,7 +205,15 @@ std::string job_text(const std::string& name, const Discovery& found, const std:
 
 Result<FirstJob> first_job(const std::string& archive, const std::string& name_in_job, const Context& context,
                            Progress& progress) {
-  TRY_ASSIGN(const Discovery found, discover(archive, false));
+  TRY_ASSIGN(Discovery found, discover(archive, false));
+  std::vector<DepthViews> depth;
+  if (!found.depth_maps.empty()) {
+    TRY_ASSIGN(const std::vector<std::string> files, store::list_files(archive));
+    depth = guess_depth_views(archive, found.depth_maps, files);
+    DiscoveryKeys keys;
+    for (const DepthViews& guess : depth) keys.views.push_back(guess.spec);
+    TRY_ASSIGN(found, discover(archive, keys));
+  }
   if (found.scans.empty()) {
     std::string text = "found no scan; wanted point files, .conf files or scan plans";
     for (const std::string& note : found.notes) text += "\n" + archive + ": note: " + note;
@@ -207,7 +227,7 @@ Result<FirstJob> first_job(const std::string& archive, const std::string& name_i
   }
   if (std::all_of(list.begin(), list.end(), [](const Seen& seen) { return !seen.trouble.empty(); }))
     return fail(Code::BadInput, "no scan can be read; the first: " + list.front().trouble, archive);
-  return FirstJob{job_text(name_in_job, found, list), found.scans.size(), list.size()};
+  return FirstJob{job_text(name_in_job, found, depth, list), found.scans.size(), list.size()};
 }
 
 }  // namespace scanmill::pipeline

@@ -250,7 +250,9 @@ constexpr Unit kUnits[] = {{"mm", "millimetres", 1},
                            {"in", "inches", 25.4},
                            {"um", "micrometres", 0.001}};
 
-constexpr double kMostPlausibleBins = 50000;  // across a cloud
+constexpr double kMostPlausibleBins = 50000;              // across a cloud
+constexpr double kSmallestPart = 5, kLargestPart = 5000;  // mm
+constexpr double kBinsOfAPart = 20;                       // across the least that shows a shape
 
 std::string rounded(double value) {
   double step = 1;  // two digits are enough to recognise a size
@@ -278,16 +280,23 @@ std::string implausible_size(const Bounds& bounds, double units_mm, double bin_m
                                .append(rounded(size.y))
                                .append(" x ")
                                .append(rounded(size.z));
-  std::string sentence =
+  if (few_bins && largest >= kSmallestPart)
+    return text + " mm is less than 4 bins of " + number_text(bin_mm) + " mm; choose a lattice.bin_mm of at most " +
+           rounded(largest / kBinsOfAPart) + ", or set units if the numbers are in another unit";
+  const std::string sentence =
       text + " mm cannot be" + (few_bins && !below_1_mm ? " with bins of " + number_text(bin_mm) + " mm" : "");
-  // The first unit that makes an object of 20 bins and 5 mm to 5 m out of the same numbers.
+  // The units that make an object of 20 bins and 5 mm to 5 m out of the same numbers.
+  std::string plurals, words;
   for (const Unit& unit : kUnits) {
     const double guess = largest / units_mm * unit.mm;
-    if (unit.mm == units_mm || guess < std::max(5.0, 20 * bin_mm) || guess > 5000) continue;
-    return sentence.append("; the numbers look like ").append(unit.plural).append(": set units to ").append(unit.word) +
-           (few_bins && !below_1_mm ? " (or choose a smaller lattice.bin_mm)" : "");
+    if (unit.mm == units_mm || guess < std::max(kSmallestPart, kBinsOfAPart * bin_mm) || guess > kLargestPart) continue;
+    plurals += std::string(plurals.empty() ? "" : " or ").append(unit.plural);
+    words += std::string(words.empty() ? "" : " or ").append(unit.word);
+    if (huge) break;  // millimetres first: what made them a thousand times too large
   }
-  return sentence + "; check units and lattice.bin_mm";
+  if (plurals.empty()) return sentence + "; check units and lattice.bin_mm";
+  return sentence + "; the numbers look like " + plurals + ": set units to " + words +
+         (few_bins && !below_1_mm ? " (or choose a smaller lattice.bin_mm)" : "");
 }
 
 }  // namespace scanmill::pipeline

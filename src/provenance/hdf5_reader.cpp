@@ -170,6 +170,17 @@ Result<std::string> RecordReader::attribute(const std::string& object, const std
   return texts.empty() ? std::string() : texts[0];
 }
 
+Result<std::uint64_t> RecordReader::rows(const std::string& dataset) const {
+  const Handle item(H5Dopen2(impl_->file.get(), dataset.c_str(), H5P_DEFAULT), H5Dclose);
+  if (!item.valid()) return impl_->damaged(dataset);
+  const Handle space(H5Dget_space(item.get()), H5Sclose);
+  const int rank = H5Sget_simple_extent_ndims(space.get());
+  hsize_t extents[8] = {};
+  if (rank < 0 || rank > 8) return impl_->damaged(dataset);
+  if (rank > 0) H5Sget_simple_extent_dims(space.get(), extents, nullptr);
+  return rank > 0 ? extents[0] : 1;
+}
+
 Result<std::vector<std::string>> RecordReader::children(const std::string& group) const {
   std::vector<std::string> names;
   hsize_t at = 0;

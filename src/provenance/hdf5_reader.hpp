@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Records read again: texts by path, and the digest of everything. Nothing of the library shows here.
 #pragma once
+#include <cstdint>
 #include <memory>
 #include <string>
 #include <vector>
@@ -23,6 +24,8 @@ class RecordReader {
   Result<std::vector<std::string>> texts(const std::string& dataset) const;
   Result<std::string> attribute(const std::string& object, const std::string& name) const;
   bool has_attribute(const std::string& object, const std::string& name) const;
+  /// First extent of a dataset; 1 for a single value.
+  Result<std::uint64_t> rows(const std::string& dataset) const;
   /// Names in a group, in the order of their bytes.
   Result<std::vector<std::string>> children(const std::string& group) const;
   /// Lines of record_content.hpp for everything but the root attribute `content`.

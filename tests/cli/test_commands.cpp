@@ -86,6 +86,7 @@ TEST_F(Program, StageOptionsAreJudgedLikeTheJob) {
 TEST_F(Program, ShowsVersionAndHelp) {
   EXPECT_EQ(run("--version").code, 0);
   EXPECT_NE(run("--version").out.find("openvdb"), std::string::npos);
+  EXPECT_EQ(run("--version --json").out.rfind("{\"type\":\"version\"", 0), 0u) << run("--version --json").out;
   EXPECT_NE(run("mesh --help").out.find("--min-neighbour-distance"), std::string::npos);
 }
 

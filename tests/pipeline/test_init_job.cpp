@@ -3,8 +3,10 @@
 #include <gtest/gtest.h>
 
 #include "base/text.hpp"
+#include "pipeline/init_depth.hpp"
 #include "pipeline/init_job.hpp"
 #include "pipeline/run_scan.hpp"
+#include "store/files.hpp"
 #include "support/meshing.hpp"
 #include "support/shapes.hpp"
 #include "support/temp_folder.hpp"
@@ -59,6 +61,57 @@ TEST(FirstJob, RunsForEveryScanAndMeshesIt) {
     EXPECT_GE(run->points_meshed * 10, run->points_used * 9) << scan.name << "\n" << job->text;
     EXPECT_GE(run->triangles, 100u) << scan.name;
   }
+}
+
+std::string matrices(int count) {
+  std::string text;
+  for (int k = 0; k < count; ++k) text += "1 0 0 " + std::to_string(k) + "\n0 1 0 0\n0 0 1 0\n0 0 0 1\n";
+  return text;
+}
+
+TEST(GuessDepthViews, TakesFoldersWithThePosesThatFit) {
+  const support::TempFolder folder;
+  folder.write("film/poses/few.txt", matrices(2));
+  folder.write("film/t.txt", matrices(2));
+  folder.write("film/u.txt", matrices(3));
+  const std::vector<std::string> maps{"alone/1.png", "film/d/f01.png", "film/d/f02.png", "film/d/f03.png"};
+  std::vector<std::string> all = maps;
+  all.insert(all.end(), {"film/d/photo.png", "film/poses/few.txt", "film/t.txt", "film/u.txt"});
+  const auto list = guess_depth_views(folder.file(""), maps, all);
+  ASSERT_EQ(list.size(), 2u);
+  EXPECT_EQ(list[0].spec.name, "alone");
+  EXPECT_EQ(list[0].spec.files, "alone/*.png");
+  EXPECT_EQ(list[0].spec.poses, "");
+  EXPECT_EQ(list[1].spec.name, "film/d");
+  EXPECT_EQ(list[1].spec.files, "film/d/f0*.png");  // a photo lies there too
+  EXPECT_EQ(list[1].spec.poses, "film/u.txt");
+  EXPECT_EQ(list[1].spec.every, 1);
+  const std::string text = "scanmill: 1\nlattice: {bin_mm: 1}\n" + views_text(list);
+  const auto tree = document::parse_yaml(text, "job.yaml");
+  ASSERT_TRUE(tree.ok()) << tree.error().text() << text;
+}
+
+TEST(GuessDepthViews, ThinsAFilmAndKnowsTheUsualCamera) {
+  const std::string data = support::data_folder();
+  if (data.empty()) GTEST_SKIP() << "no SCANMILL_DATA";
+  const std::string archive = data + "/range-views/livingroom-depth";
+  const auto found = discover(archive, false);
+  ASSERT_TRUE(found.ok());
+  const auto files = store::list_files(archive);
+  ASSERT_TRUE(files.ok());
+  const auto list = guess_depth_views(archive, found->depth_maps, *files);
+  ASSERT_EQ(list.size(), 1u);
+  EXPECT_EQ(list[0].spec.name, "livingroom-depth");
+  EXPECT_EQ(list[0].spec.poses, "trajectory.log");
+  EXPECT_EQ(list[0].spec.every, 5);
+  EXPECT_EQ(list[0].spec.camera, (formats::DepthCamera{525, 525, 319.5, 239.5, 1000}));
+  DiscoveryKeys keys;
+  keys.views = {list[0].spec};
+  const auto scans = discover(archive, keys);
+  ASSERT_TRUE(scans.ok());
+  ASSERT_EQ(scans->scans.size(), 1u);
+  EXPECT_EQ(scans->scans[0].views.size(), 43u);
+  EXPECT_EQ(scans->scans[0].broken, "");
 }
 
 }  // namespace

@@ -166,7 +166,13 @@ TEST(ImplausibleSize, GuessesTheUnit) {
   const Bounds part{{0, 0, 0}, {60, 40, 30}};
   EXPECT_EQ(implausible_size(part, 1, 1), "");
   EXPECT_EQ(implausible_size(part, 1, 0), "");
-  EXPECT_NE(implausible_size(part, 1, 20), "");
+  EXPECT_EQ(implausible_size(part, 1, 20),
+            "size 60 x 40 x 30 mm is less than 4 bins of 20 mm; choose a lattice.bin_mm of at most 3, or set units if "
+            "the numbers are in another unit");
+  EXPECT_EQ(
+      implausible_size({{0, 0, 0}, {0.8, 0.6, 0.5}}, 1, 0.3),
+      "size 0.8 x 0.6 x 0.5 mm cannot be; the numbers look like metres or centimetres or inches: set units to m or "
+      "cm or in");
   const Bounds huge{{0, 0, 0}, {160000, 150000, 120000}};
   EXPECT_EQ(implausible_size(huge, 1000, 1),
             "size 160000 x 150000 x 120000 mm cannot be; the numbers look like millimetres: set units to mm");

@@ -62,6 +62,16 @@ TEST(WhatFrom, ReportsEveryProblemWithPlaceAllowedAndNearest) {
   EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 10) << text;
 }
 
+TEST(WhatFrom, NamesTheSlipsOfNumbers) {
+  EXPECT_NE(error_of("lattice:\n  bin_mm: 1,5\n").find("; decimals take a point: 1.5"), std::string::npos);
+  EXPECT_NE(error_of("lattice: {bin_mm: 1,5}\n").find("lattice.5: unknown key"), std::string::npos);
+  EXPECT_NE(error_of("lattice: {bin_mm: 1,5}\n").find("Decimals take a point"), std::string::npos);
+  for (const char* text : {"lattice: {bin_mm: 1mm}\n", "lattice: {bin_mm: 1 mm}\n"})
+    EXPECT_NE(error_of(text).find("; the key's name says the unit, give the number alone: 1"), std::string::npos);
+  EXPECT_EQ(error_of("lattice: {bin_mm: one}\n").find(";", error_of("lattice: {bin_mm: one}\n").find("off")),
+            std::string::npos);
+}
+
 TEST(WhatFrom, BinSizesAndNormalLimitsExcludeEachOther) {
   EXPECT_NE(error_of("lattice: {bin_mm: 1, target_points: 100}\n").find("exclude each other"), std::string::npos);
   EXPECT_NE(
