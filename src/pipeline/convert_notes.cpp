@@ -90,8 +90,7 @@ std::vector<std::string> conversion_losses(const formats::MeshFile& mesh, Conver
       losses.push_back("which corners share a vertex: readers join those with equal coordinates");
   }
   for (const std::string& property : mesh.properties) losses.push_back(property);
-  if (!mesh.comments.empty() && !is_ply_mesh(to) && !points)
-    losses.push_back(grouped(mesh.comments.size()) + " comments");
+  if (!mesh.comments.empty() && !is_ply_mesh(to) && !points) losses.push_back(counted(mesh.comments.size(), "comment"));
   if (mesh.offset && !(*mesh.offset == Vec3{}) && (to == ConvertTarget::StlBinary || points))
     losses.push_back("the offset " + number_text(mesh.offset->x) + " " + number_text(mesh.offset->y) + " " +
                      number_text(mesh.offset->z) + " mm, which must be added for the global frame");

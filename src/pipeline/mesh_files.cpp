@@ -64,7 +64,7 @@ Result<WrittenFile> write_mesh_file(const Mesh& mesh, const Output& output, cons
   exporting::PlyMeshOptions ply;
   ply.error = errors.signed_mm;
   ply.error_rms = errors.rms_mm;
-  ply.comments = kComments;
+  if (!errors.signed_mm.empty()) ply.comments = kComments;
   const exporting::IgesOptions iges{word_of_style<exporting::IgesStyle>(output), bin_mm};
   const auto dxf = word_of_style<exporting::DxfStyle>(output);
   WrittenFile file;

@@ -115,9 +115,10 @@ Node distances_node(const verify::DistanceFigures& d) {
   return node;
 }
 
-void report_fit(const verify::Report& fit, const ScanPoints& points, Node& out) {
+/// `unit` is the name of the length that stands in for a bin.
+void report_fit(const verify::Report& fit, const ScanPoints& points, const char* unit, Node& out) {
   out.set("points_read", fit.points_read);
-  out.set("bin_mm", fit.bin_mm);
+  out.set(unit, fit.bin_mm);
   out.set("all", distances_node(fit.all));
   out.set("interior", distances_node(fit.interior));
   out.set("open_border", distances_node(fit.open_border));
@@ -329,7 +330,7 @@ Result<ToolReport> verify_file(const std::string& mesh_path, const std::vector<s
   TRY_ASSIGN(const verify::Report fit, verify::verify_mesh(loaded.mesh, watched, terms, what.verify, context));
   TRY(opened.points->verify_unchanged());
   Node distances = Node::map();
-  report_fit(fit, *opened.points, distances);
+  report_fit(fit, *opened.points, what.lattice.bin_mm ? "bin_mm" : "median_edge_mm", distances);
   report.values.set("fit", std::move(distances));
   report.failed_gates = failed_gates(fit);
   if (fit.all.percentiles && fit.all.percentiles->p50 > kFarShare * norm(quality.bounds.size()))

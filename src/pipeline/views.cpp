@@ -27,8 +27,8 @@ std::map<std::string, Pose> by_path(const ViewsSpec& spec, const std::vector<for
 /// Poses of the files, in the files' order; what does not fit goes to `broken`.
 std::vector<Pose> poses_of(const ViewsSpec& spec, const std::vector<std::string>& files,
                            const std::vector<formats::NamedPose>& poses, std::string& broken) {
-  const std::string counts = std::to_string(files.size()) + " files match '" + spec.files + "', " + spec.poses +
-                             " holds " + std::to_string(poses.size()) + " poses";
+  const std::string counts = std::to_string(files.size()) + (files.size() == 1 ? " file matches '" : " files match '") +
+                             spec.files + "', " + spec.poses + " holds " + counted(poses.size(), "pose");
   std::vector<Pose> found;
   if (poses.empty() || poses.front().name.empty()) {
     if (poses.size() != files.size())

@@ -29,7 +29,7 @@ formats::MeshFile rich_mesh() {
 TEST(ConversionLosses, NameEverythingThatStlCannotHold) {
   const auto losses = conversion_losses(rich_mesh(), ConvertTarget::StlBinary);
   for (const char* part : {"the patch ids of 1 triangles", "the errors of 4 vertices", "1 vertices that no face uses",
-                           "which corners share a vertex", "3 normals", "1 comments", "the offset 100 0 0 mm",
+                           "which corners share a vertex", "3 normals", "1 comment", "the offset 100 0 0 mm",
                            "the largest change is 1.4901161138336505e-09 mm"})
     EXPECT_TRUE(has(losses, part)) << part;
   EXPECT_EQ(losses.size(), 8u);
