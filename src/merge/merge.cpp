@@ -9,11 +9,16 @@
 namespace scanmill::merge {
 namespace {
 
+/// A sheet is at most this deep against its shorter side, and its normals sum to this share of its box or more (a
+/// closed plate's sum to nothing).
+constexpr double kSheetDepth = 0.2, kSheetShare = 0.4;
+
 struct Component {
   std::uint64_t triangles = 0, vertices = 0;
   bool side_known = false;
   Bounds bounds;
   double volume = 0;
+  Vec3 area;  // the sum of the triangles' normals times twice their areas
 };
 
 /// Component number per row (rows in ascending order number the components), kNoTriangle where no triangle is.
@@ -58,6 +63,26 @@ void sort_faces(std::vector<Face>& faces, std::size_t vertices) {
   faces.swap(sorted);
 }
 
+/// Of a sheet across an axis, such as a stretch of ground from the air: 1 when it shows the positive side of the axis,
+/// -1 for the other; 0 for what is no sheet.
+int side_of_sheet(const Component& part) {
+  const Vec3 size = part.bounds.size();
+  const double sizes[3] = {size.x, size.y, size.z}, area[3] = {part.area.x, part.area.y, part.area.z};
+  for (int k = 2; k >= 0; --k) {
+    const double wide = sizes[(k + 1) % 3], long_ = sizes[(k + 2) % 3];
+    const bool flat = sizes[k] <= kSheetDepth * std::min(wide, long_);
+    if (flat && std::abs(area[k]) >= 2 * kSheetShare * wide * long_) return area[k] > 0 ? 1 : -1;
+  }
+  return 0;
+}
+
+/// A bulge tells the outside of a part, open or closed; a sheet has none worth the name and lies with its upper side
+/// up.
+bool is_inside_out(const Component& part) {
+  const int sheet = side_of_sheet(part);
+  return sheet != 0 ? sheet < 0 : part.volume < 0;
+}
+
 }  // namespace
 
 Merged merge_components(const Input& in, const Params& params) {
@@ -78,6 +103,7 @@ Merged merge_components(const Input& in, const Params& params) {
     // About the middle of its box, so that an open piece is judged by where it bulges.
     const Vec3 middle = (part.bounds.low + part.bounds.high) * 0.5;
     part.volume += dot(in.positions[t[0]] - middle, cross(in.positions[t[1]] - middle, in.positions[t[2]] - middle));
+    part.area = part.area + cross(in.positions[t[1]] - in.positions[t[0]], in.positions[t[2]] - in.positions[t[0]]);
     largest = std::max(largest, ++part.triangles);
   }
   const double least = params.min_component_share * static_cast<double>(in.triangles.size());
@@ -91,7 +117,7 @@ Merged merge_components(const Input& in, const Params& params) {
       continue;
     }
     ++out.components;
-    turned[c] = !part.side_known && part.volume < 0;
+    turned[c] = !part.side_known && is_inside_out(part);
     out.turned_by_volume += !part.side_known;
     out.turned_components += turned[c];
   }

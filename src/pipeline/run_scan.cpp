@@ -85,9 +85,11 @@ void add_notes(const MeshedSurface& surface, const reduce::Report& report, const
                     (surface.strays.size() == 1 ? " was" : " were") + " dropped (" +
                     counted(surface.kept_in_strays, "point") + "), listed in the record under /strays");
   if (surface.sides_by_volume > 0 && !surface.loops.empty())
-    notes.push_back("no view tells which side of " + counted(surface.sides_by_volume, "component") + " is outside; " +
-                    (surface.sides_by_volume == 1 ? "it was" : "each was") +
-                    " turned so that it bulges outward, which for open surfaces is a guess");
+    notes.push_back(
+        "no view tells which side of " + counted(surface.sides_by_volume, "component") + " is outside; " +
+        (surface.sides_by_volume == 1 ? "it was" : "each was") +
+        " turned so that it bulges outward (ground: upward), which for open surfaces is a guess; views with a "
+        "pose say where the sensor was");
   if (!(mesh.offset == Vec3{}))
     notes.push_back(
         "float32 would cost more than a thousandth of the bin edge this far from the origin: the STL is "
@@ -107,15 +109,26 @@ std::vector<std::string> coverage_warnings(const ScanResults& all) {
   return list;
 }
 
+/// What a few points far off hide of the rest; empty when they hide nothing.
+std::string beyond_the_farthest(const verify::Report& fit, std::uint64_t points) {
+  if (points == 0 || points >= fit.worst.size()) return {};
+  const double last = std::abs(fit.worst[points - 1].signed_mm), next = std::abs(fit.worst[points].signed_mm);
+  if (last < 2 * next) return {};
+  return "; after the " + (points == 1 ? std::string("farthest point") : std::to_string(points) + " farthest points") +
+         " the greatest distance is " + number_text(std::floor(next * 1000 + 0.5) / 1000) + " mm";
+}
+
 /// Where the mesh stands for nearly all points, but not for some.
 void add_unmeshed_note(const ScanResults& all, std::vector<std::string>& notes) {
   const Unmeshed off = unmeshed_points(all.surface, all.reduction.cloud);
   if (off.points == 0) return;
   const std::string points = counted(off.points, "input point") + " in " + counted(off.bins, "bin");
   const std::string place = std::string(off.points == 1 ? "is" : "are") + " on no triangle, first near " +
-                            place_text(off.first) + "; they count in the fit error";
+                            place_text(off.first) + "; " + (off.points == 1 ? "it counts" : "they count") +
+                            " in the fit error" + beyond_the_farthest(all.fit, off.points);
   if (all.what.seeds.cover)
-    notes.push_back(points + " of bare surroundings " + place + ": remove them (clean) or choose larger bins");
+    notes.push_back(points + " of bare surroundings " + place + ": remove " + (off.points == 1 ? "it" : "them") +
+                    " (clean.outliers) or choose larger bins");
   else
     notes.push_back(points + ", where no given seed reaches (seeds.cover: false) or in bare surroundings, " + place);
 }
@@ -123,7 +136,7 @@ void add_unmeshed_note(const ScanResults& all, std::vector<std::string>& notes) 
 }  // namespace
 
 std::vector<std::pair<std::string, std::string>> stage_versions() {
-  return {{"read", "3"}, {"clean", "1"},    {"reduce", "2"}, {"stars", "2"},  {"front", "1"},  {"merge", "1"},
+  return {{"read", "3"}, {"clean", "1"},    {"reduce", "2"}, {"stars", "2"},  {"front", "1"},  {"merge", "2"},
           {"grow", "1"}, {"optimise", "1"}, {"verify", "2"}, {"export", "2"}, {"record", "6"}, {"report", "3"}};
 }
 

@@ -49,6 +49,43 @@ TEST(MergeComponents, DropsStraysAndListsThem) {
   EXPECT_EQ(merge_components(parts.input(), {10, 0.05}).strays.size(), 0u);
 }
 
+/// The grid of 5 x 5 corners at height(i, j), upside down unless `up`.
+Parts sheet(bool up, double (*height)(int, int)) {
+  Parts parts;
+  for (int j = 0; j < 5; ++j)
+    for (int i = 0; i < 5; ++i) parts.positions.push_back({10.0 * i, 10.0 * j, height(i, j)});
+  for (std::uint32_t j = 0; j < 4; ++j)
+    for (std::uint32_t i = 0; i < 4; ++i)
+      for (Triangle t :
+           {Triangle{5 * j + i, 5 * j + i + 1, 5 * j + i + 6}, {5 * j + i, 5 * j + i + 6, 5 * j + i + 5}}) {
+        if (!up) std::swap(t[1], t[2]);
+        parts.patch.push_back(0);
+        parts.triangles.push_back(t);
+      }
+  parts.side_known.assign(parts.positions.size(), 0);
+  return parts;
+}
+
+double normals_up(const Mesh& mesh) {
+  double up = 0;
+  for (const Triangle& t : mesh.triangles)
+    up += cross(mesh.positions[t[1]] - mesh.positions[t[0]], mesh.positions[t[2]] - mesh.positions[t[0]]).z;
+  return up;
+}
+
+TEST(MergeComponents, TurnsGroundUpwardAndABowlAsItBulges) {
+  // A valley bulges downward; as ground it is still seen from above.
+  const auto valley = [](int i, int) { return 0.5 * (i - 2) * (i - 2); };
+  const auto bowl = [](int i, int j) { return 4.0 * ((i - 2) * (i - 2) + (j - 2) * (j - 2)); };
+  for (const bool up : {true, false}) {
+    EXPECT_GT(normals_up(merge_components(sheet(up, valley).input(), {10, 0.1}).mesh), 0) << up;
+    EXPECT_LT(normals_up(merge_components(sheet(up, bowl).input(), {10, 0.1}).mesh), 0) << up;
+  }
+  Parts seen = sheet(false, valley);
+  seen.side_known[7] = 1;
+  EXPECT_LT(normals_up(merge_components(seen.input(), {10, 0.1}).mesh), 0);  // the views know better
+}
+
 TEST(MergeComponents, NeverDropsTheLargest) {
   Parts parts;
   parts.add({}, 1, false, true);
