@@ -2,7 +2,6 @@
 #include "base/bytes.hpp"
 
 #include <algorithm>
-#include <cstring>
 
 namespace scanmill {
 namespace {
@@ -15,7 +14,7 @@ class MemorySource final : public ByteSource {
   Result<std::size_t> read_at(std::uint64_t offset, std::span<char> out) const override {
     if (offset >= bytes_.size()) return std::size_t{0};
     const std::size_t n = std::min<std::uint64_t>(out.size(), bytes_.size() - offset);
-    std::memcpy(out.data(), bytes_.data() + offset, n);
+    std::copy_n(bytes_.data() + offset, n, out.data());
     return n;
   }
 

@@ -3,7 +3,6 @@
 #pragma once
 #include <charconv>
 #include <cstdlib>
-#include <cstring>
 #include <string_view>
 #include <vector>
 
@@ -16,7 +15,7 @@ class TextBuffer {
   explicit TextBuffer(ByteSink& sink) : sink_(sink), bytes_(kBytes + kMargin) {}
   TextBuffer& text(std::string_view text) {
     if (text.size() > bytes_.size() - used_) std::abort();  // a caller that forgot flush_when_full
-    std::memcpy(bytes_.data() + used_, text.data(), text.size());
+    text.copy(bytes_.data() + used_, text.size());
     used_ += text.size();
     return *this;
   }
