@@ -44,6 +44,7 @@ void install_handlers() {
   for (const int signal : {SIGINT, SIGTERM}) sigaction(signal, &action, nullptr);
   action.sa_handler = on_snapshot;
   sigaction(SIGUSR1, &action, nullptr);
+  ::signal(SIGXFSZ, SIG_IGN);  // a limit on the size of files (ulimit -f) fails a write, as a full disk does
   ::signal(SIGPIPE, SIG_IGN);  // a reader that went away ends the messages, not the run
 }
 

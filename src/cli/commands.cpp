@@ -157,9 +157,10 @@ int run_check(const CommonOptions& common, const std::string& path, std::vector<
     return runner::kExitGood;
   }
   PipelineWork work;
-  const std::vector<std::string> problems = runner::check_job(path, sets, work);
-  for (const std::string& line : problems) complain(console, fail(Code::BadParameter, line));
-  if (!problems.empty()) return runner::kExitUsage;
+  const runner::JobCheck check = runner::check_job(path, sets, work);
+  for (const std::string& line : check.problems) complain(console, fail(Code::BadParameter, line));
+  for (const std::string& line : check.notes) console.note("", line);
+  if (!check.problems.empty()) return runner::kExitUsage;
   event.set("kind", "job");
   console.result(path + ": a valid job", event);
   return runner::kExitGood;
@@ -179,6 +180,7 @@ int run_retry(const CommonOptions& common, const std::string& out, const std::ve
   const auto options = common.console();
   Console console(options ? *options : runner::ConsoleOptions{});
   if (!options) return complain(console, options.error());
+  if (runner::is_held(out, console)) return runner::kExitBusy;
   auto again = runner::release_scans(out, scans, console);
   if (!again) return complain(console, again.error());
   return again->only.empty() ? runner::kExitGood : run_run(common, *std::move(again), stop);

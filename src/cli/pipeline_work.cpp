@@ -31,7 +31,8 @@ Result<runner::Archive> PipelineWork::discover(const std::string& archive, const
   scans_ = std::move(found.scans);
   runner::Archive result;
   result.notes = std::move(found.notes);
-  for (const pipeline::ScanSpec& scan : scans_) result.scans.push_back({scan.name, scan.notes, scan.broken});
+  for (const pipeline::ScanSpec& scan : scans_)
+    result.scans.push_back({scan.name, scan.notes, scan.broken, scan.kind == pipeline::ScanKind::Views});
   return result;
 }
 

@@ -297,8 +297,11 @@ class Finder {
     std::vector<std::string> paths;
     for (const ScanSpec& scan : found_.scans)
       paths.push_back(scan.description.empty() ? scan.views[0].path : scan.description);
-    TRY_ASSIGN(const std::vector<std::string> names, scan_names(paths));
-    for (std::size_t i = 0; i < names.size(); ++i) found_.scans[i].name = names[i];
+    const std::vector<std::string> names = scan_names(paths), clashes = case_clashes(names, paths);
+    for (std::size_t i = 0; i < names.size(); ++i) {
+      found_.scans[i].name = names[i];
+      if (!clashes[i].empty()) found_.scans[i].broken = clashes[i];
+    }
     for (ScanSpec& scan : by_hand_) {
       for (const ScanSpec& other : found_.scans)
         if (lower(other.name) == lower(scan.name))
@@ -321,6 +324,12 @@ class Finder {
   Discovery found_;
 };
 
+/// Not a scan, but what a run wrote with the archive itself as its output folder.
+bool is_result_in_root(const std::string& file, const std::set<std::string>& present) {
+  return file.starts_with("logs/") || file.starts_with("journal/") ||
+         (file.starts_with("scans/") && present.contains(folder_of(file) + "record.h5"));
+}
+
 /// Folders that a run wrote into the archive; their files leave the list, or each night would mesh the last one's
 /// meshes.
 std::vector<std::string> leave_out_own_output(std::vector<std::string>& files) {
@@ -331,7 +340,9 @@ std::vector<std::string> leave_out_own_output(std::vector<std::string>& files) {
         file == folder + "run.json" && present.contains(folder + "journal/1.jsonl"))
       own.push_back(folder);
   std::erase_if(files, [&](const std::string& file) {
-    return std::any_of(own.begin(), own.end(), [&](const std::string& folder) { return file.starts_with(folder); });
+    return std::any_of(own.begin(), own.end(), [&](const std::string& folder) {
+      return folder.empty() ? is_result_in_root(file, present) : file.starts_with(folder);
+    });
   });
   return own;
 }
@@ -345,7 +356,7 @@ Result<Discovery> discover(const std::string& archive, const DiscoveryKeys& keys
   TRY_ASSIGN(Discovery found, Finder(archive, keys, files).run());
   if (!own.empty())
     found.notes.push_back(counted(own.size(), "output folder") + " of scanmill " + (own.size() == 1 ? "is" : "are") +
-                          " left out, the first is " + own.front());
+                          " left out, the first is " + (own.front().empty() ? "the archive itself" : own.front()));
   if (!links.empty())
     found.notes.push_back(counted(links.size(), "link") + " out of the archive " + (links.size() == 1 ? "is" : "are") +
                           " not followed, the first is " + links.front() +

@@ -29,8 +29,8 @@ struct DiscoveryKeys {
 
 /// Finds all scans of an archive; pure in the bytes of the archive, whatever order the system lists files in. Only
 /// headers are read. A scan whose name is also the folder of another scan keeps its suffix, so that no scan's output
-/// lies in another's.
-/// errors  IoFailed/BadInput when the archive is not there; BadInput when two scan names differ by letter case only;
+/// lies in another's. Scans whose names differ by letter case only are `broken`.
+/// errors  IoFailed/BadInput when the archive is not there;
 ///         BadParameter when an entry of `views` has the name of another scan
 Result<Discovery> discover(const std::string& archive, const DiscoveryKeys& keys);
 inline Result<Discovery> discover(const std::string& archive, bool mesh_vertices_as_scan) {

@@ -150,6 +150,7 @@ Result<std::string> fingerprint_of(const std::string& archive, const ScanSpec& s
   for (const auto& [stage, version] : stage_versions()) line(stage + " " + version);
   line(document::to_canonical_json(to_document(what_for(what, scan.name))));
   line(scan.name);
+  if (!scan.broken.empty()) line("broken: " + scan.broken);  // mended elsewhere, perhaps: another scan's name
   if (!scan.description.empty()) {
     TRY_ASSIGN(const HashCache::Entry entry, cache.entry_of(archive + "/" + scan.description, scan.description));
     line(scan.description + " " + entry.sha256);

@@ -62,7 +62,7 @@ std::string without_suffix(const std::string& path) {
 
 }  // namespace
 
-Result<std::vector<std::string>> scan_names(const std::vector<std::string>& paths) {
+std::vector<std::string> scan_names(const std::vector<std::string>& paths) {
   std::vector<std::string> names;
   std::set<std::string> folders;
   for (const std::string& path : paths) {
@@ -81,16 +81,19 @@ Result<std::vector<std::string>> scan_names(const std::vector<std::string>& path
       changed = true;
     }
   }
-  std::map<std::string, std::size_t> seen;
-  for (std::size_t i = 0; i < names.size(); ++i) {
-    const auto [at, fresh] = seen.emplace(lower(names[i]), i);
-    if (!fresh)
-      return fail(Code::BadInput,
-                  "the scans " + paths[at->second] + " and " + paths[i] +
-                      " have names that differ by letter case only; rename one (their results would overwrite "
-                      "each other on file systems that ignore case)");
-  }
   return names;
+}
+
+std::vector<std::string> case_clashes(const std::vector<std::string>& names, const std::vector<std::string>& paths) {
+  std::map<std::string, std::vector<std::size_t>> same;
+  for (std::size_t i = 0; i < names.size(); ++i) same[lower(names[i])].push_back(i);
+  std::vector<std::string> clashes(names.size());
+  for (const auto& [name, group] : same)
+    for (std::size_t k = 0; group.size() > 1 && k < group.size(); ++k)
+      clashes[group[k]] = paths[group[k]] + " and " + paths[group[k > 0 ? 0 : 1]] +
+                          " make scans whose names differ by letter case only; rename one (their results would "
+                          "overwrite each other on file systems that ignore case)";
+  return clashes;
 }
 
 }  // namespace scanmill::pipeline

@@ -4,13 +4,12 @@
 #include <string>
 #include <vector>
 
-#include "base/result.hpp"
-
 namespace scanmill::pipeline {
 
 /// One name per path, in the same order: the path without suffix; with it where two paths of one folder share the rest,
 /// or where the rest is also the folder of another path. Bytes outside [A-Za-z0-9._/-] become %XX.
-/// errors  BadInput naming two paths whose names differ by letter case only
-Result<std::vector<std::string>> scan_names(const std::vector<std::string>& paths);
+std::vector<std::string> scan_names(const std::vector<std::string>& paths);
+/// Per path, in the same order: empty, or a sentence naming another path whose scan's name differs by letter case only.
+std::vector<std::string> case_clashes(const std::vector<std::string>& names, const std::vector<std::string>& paths);
 
 }  // namespace scanmill::pipeline

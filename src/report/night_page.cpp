@@ -15,6 +15,7 @@ namespace {
 // What the pages of scans have no use for.
 constexpr const char* kNightStyle = R"(
 a{color:#0b5394}
+.held{background:#8a5a00}
 .thumb{width:8rem;padding:.3rem .6rem .3rem 0}
 .thumb img{display:block;width:8rem;height:auto;border:1px solid var(--line);border-radius:.25rem;background:#fff}
 .cards{display:grid;grid-template-columns:repeat(auto-fill,minmax(min(100%,13.5rem),1fr));gap:1rem}
@@ -60,28 +61,25 @@ void add_head(const NightReport& night, std::string& out) {
       "</p>\n";
 }
 
-/// Of a run that ended well.
-std::string good_words(const NightReport& night) {
-  const auto held = std::count_if(night.scans.begin(), night.scans.end(),
-                                  [](const NightScan& scan) { return scan.state == NightState::Quarantined; });
-  return "every scan is done or unchanged" +
-         (held > 0 ? ", but for " + grouped(static_cast<std::uint64_t>(held)) + " in quarantine" : "");
-}
-
 void add_verdict(const NightReport& night, std::string& out) {
   const int code = night.exit_code;
+  const auto held =
+      static_cast<std::uint64_t>(std::count_if(night.scans.begin(), night.scans.end(), [](const NightScan& scan) {
+        return scan.state == NightState::Quarantined;
+      }));
   const bool good = code == 0, interrupted = code >= 128;
-  const char* word = good          ? "\xe2\x9c\x93 ALL GOOD"
-                     : interrupted ? "INTERRUPTED"
-                     : code == 3   ? "\xe2\x9c\x97 SCANS FAILED"
-                     : code == 4   ? "\xe2\x9c\x97 GATES FAILED"
-                                   : "\xe2\x9c\x97 STOPPED";
-  out += std::string("<div class=\"verdict ") +
-         (good          ? "pass"
-          : interrupted ? "none"
-                        : "fail") +
-         "\"><strong>" + word + "</strong><span>" + escaped(good ? good_words(night) : night.verdict) + "; exit code " +
-         std::to_string(code) + "</span></div>\n";
+  const std::string word = good && held > 0 ? grouped(held) + " QUARANTINED"
+                           : good           ? "\xe2\x9c\x93 ALL GOOD"
+                           : interrupted    ? "INTERRUPTED"
+                           : code == 3      ? "\xe2\x9c\x97 SCANS FAILED"
+                           : code == 4      ? "\xe2\x9c\x97 GATES FAILED"
+                                            : "\xe2\x9c\x97 STOPPED";
+  const std::string words = !good      ? night.verdict
+                            : held > 0 ? "failed before and not tried again; every other scan is done or unchanged"
+                                       : "every scan is done or unchanged";
+  const char* colour = good && held > 0 ? "held" : good ? "pass" : interrupted ? "none" : "fail";
+  out += std::string("<div class=\"verdict ") + colour + "\"><strong>" + word + "</strong><span>" + escaped(words) +
+         "; exit code " + std::to_string(code) + "</span></div>\n";
 }
 
 struct Counts {

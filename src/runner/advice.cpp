@@ -33,6 +33,8 @@ std::string for_failure(const ScanEntry& entry) {
     case FailureClass::Cancelled:
       return "Run the job again: it goes on where it stopped.";
     case FailureClass::Internal:
+      if (entry.error.message.find("resources.scan_time_limit") != std::string::npos)
+        return "Raise resources.scan_time_limit, or choose a larger lattice.bin_mm for this scan under overrides:.";
       return "A fault of the program, not of the scan: report it with the scan's log. The other scans are not touched "
              "by it.";
     case FailureClass::None:
@@ -72,7 +74,7 @@ std::string verdict_of(const RunReport& report) {
   const int code = report.exit_code;
   if (code >= 128) return "interrupted" + (words.empty() ? "" : ": " + words);
   if (code == 1) return "stopped by a fault of machine or program" + (words.empty() ? "" : ": " + words);
-  if (words.empty() && code == 3) return counted(report.count(ScanFate::Quarantined), "scan") + " quarantined";
+  if (words.empty() && (code == 0 || code == 3)) add(report.count(ScanFate::Quarantined), "scan", "quarantined");
   return words.empty() ? code == 0 ? "all good" : "exit " + std::to_string(code) : words;
 }
 

@@ -57,8 +57,12 @@ struct RunOptions {
 /// Runs the job and returns the exit code; the last line has been shown.
 int run_job(const RunOptions& options, Work& work, Console& console, Stop& stop);
 
-/// Checks the job and, where the archive is there, what each of its scans would be made with; the problems, a line
-/// each.
-std::vector<std::string> check_job(const std::string& path, std::span<const std::string> sets, Work& work);
+struct JobCheck {
+  std::vector<std::string> problems;  // a line each
+  std::vector<std::string> notes;     // what a run would say and go on
+};
+
+/// Checks the job, what each of its scans would be made with, and the scans that the job itself describes.
+JobCheck check_job(const std::string& path, std::span<const std::string> sets, Work& work);
 
 }  // namespace scanmill::runner

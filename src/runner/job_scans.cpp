@@ -58,6 +58,31 @@ void check_nesting(const std::vector<SelectedScan>& scans, const std::string& jo
                   "; their results would lie inside each other: rename one, or select one with scans or --only");
 }
 
+/// Patterns that match no scan, a sentence each. Archives change from night to night: they say less than they did, and
+/// stop nothing while there is a scan to make.
+struct Idle {
+  std::vector<std::string> selecting;  // of scans and --only
+  std::vector<std::string> changing;   // of overrides
+  std::vector<std::string> all() const {
+    std::vector<std::string> list = selecting;
+    list.insert(list.end(), changing.begin(), changing.end());
+    return list;
+  }
+};
+
+Idle idle_patterns(const Job& job, std::span<const std::string> only, const std::vector<std::string>& names) {
+  Idle idle;
+  const auto check = [&](std::span<const std::string> patterns, const std::string& place, auto& list) {
+    for (const std::string& pattern : patterns)
+      if (!any_matches(pattern, names)) list.push_back(place + ": " + no_match(pattern, names));
+  };
+  check(job.scans, job.path + ": scans", idle.selecting);
+  check(only, "command line: --only", idle.selecting);
+  for (const Override& entry : job.overrides)
+    check(entry.scans, document::place(job.path, entry.what.mark) + ": overrides.scans", idle.changing);
+  return idle;
+}
+
 std::string archive_place(const Job& job) {
   return job.archive_mark.line > 0 ? document::place(job.path, job.archive_mark) : job.path;
 }
@@ -87,18 +112,7 @@ Result<Selection> select_scans(const Job& job, std::span<const std::string> only
                 archive_place(job));
 
   Lines lines;
-  for (const std::string& pattern : job.scans)
-    if (!any_matches(pattern, selection.all_names))
-      lines.add(job.path + ": scans: " + no_match(pattern, selection.all_names));
-  for (const std::string& pattern : only)
-    if (!any_matches(pattern, selection.all_names))
-      lines.add("command line: --only: " + no_match(pattern, selection.all_names));
-  for (const Override& entry : job.overrides)
-    for (const std::string& pattern : entry.scans)
-      if (!any_matches(pattern, selection.all_names))
-        lines.add(document::place(job.path, entry.what.mark) +
-                  ": overrides.scans: " + no_match(pattern, selection.all_names));
-
+  const Idle idle = idle_patterns(job, only, selection.all_names);
   for (std::size_t i = 0; i < tasks.size(); ++i) {
     if (!matches_any(job.scans, tasks[i].name) || !matches_any(only, tasks[i].name)) continue;
     auto what = work.resolve(what_of(job, tasks[i].name, work), job.path);
@@ -109,6 +123,10 @@ Result<Selection> select_scans(const Job& job, std::span<const std::string> only
   }
   check_nesting(selection.scans, job.path, lines);
   if (!lines.list.empty()) return fail(Code::BadParameter, lines.text());
+  selection.idle = idle.all();
+  selection.notes.insert(selection.notes.end(), selection.idle.begin(), selection.idle.end());
+  if (selection.scans.empty() && !idle.selecting.empty())
+    return fail(Code::BadParameter, joined_lines(idle.selecting, "\n"));
   if (selection.scans.empty())
     return fail(Code::BadParameter,
                 "found no scan that both the job's scans and --only select; the archive holds " +

@@ -19,16 +19,15 @@ struct SelectedScan {
 struct Selection {
   std::vector<SelectedScan> scans;     // ascending by name
   std::vector<std::string> all_names;  // of the archive, selected or not
-  std::vector<std::string> notes;      // of the archive as a whole
+  std::vector<std::string> notes;      // of the archive as a whole, and idle
+  std::vector<std::string> idle;       // patterns of the job or of --only that match no scan, a sentence each
 };
 
 /// Reads the file and the keys.
 /// errors  BadParameter, all problems at once; BadInput when there is no such file
 Result<Job> load_job(const std::string& path, std::span<const std::string> sets, const Work& work);
 
-/// errors  BadParameter: no scan is selected, an override matches none, a scan's keys do not fit together (all at
-/// once);
-///         what discovery reports
+/// errors  BadParameter: no scan is selected, a scan's keys do not fit together (all at once); what discovery reports
 Result<Selection> select_scans(const Job& job, std::span<const std::string> only, Work& work);
 
 }  // namespace scanmill::runner

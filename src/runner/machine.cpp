@@ -72,16 +72,12 @@ double cpu_seconds() {
   return seconds(usage.ru_utime) + seconds(usage.ru_stime);
 }
 
-Result<void> check_memory(std::uint64_t bytes, std::uint64_t besides) {
-  if (bytes >= kBaseMemory + besides) return {};
-  return fail(Code::BadUsage,
-              "found " + bytes_text(bytes) + "; the process itself needs " + bytes_text(kBaseMemory + besides) +
-                  "; give at least that",
-              "memory cap");
-}
-
 Result<void> cap_memory(std::uint64_t bytes) {
-  TRY(check_memory(bytes));
+  if (bytes < kBaseMemory)
+    return fail(
+        Code::BadUsage,
+        "found " + bytes_text(bytes) + "; the process itself needs " + bytes_text(kBaseMemory) + "; give at least that",
+        "memory cap");
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // their shadow memory counts as private memory
   rlimit limit;
   if (getrlimit(RLIMIT_DATA, &limit) == 0) {

@@ -24,8 +24,6 @@ double cpu_seconds();
 /// Caps the private memory of this process: an allocation beyond it fails, and the scan at hand with it.
 /// errors  BadUsage when the cap is below what the process needs by itself
 Result<void> cap_memory(std::uint64_t bytes);
-/// The same check without the cap, for a process that has workers and keeps `besides` for itself.
-Result<void> check_memory(std::uint64_t bytes, std::uint64_t besides = 0);
 
 /// "2026-01-31T08:15:00Z"
 std::string utc_now();

@@ -11,6 +11,7 @@
 #include "base/text.hpp"
 #include "runner/glob.hpp"
 #include "runner/journal.hpp"
+#include "runner/known_names.hpp"
 #include "runner/machine.hpp"
 #include "runner/output_lock.hpp"
 #include "runner/output_tree.hpp"
@@ -92,7 +93,10 @@ std::vector<std::pair<std::string, std::string>> garbage_of(const OutputTree& tr
   for (std::size_t i = 0; i + kKeptJournals < epochs.size(); ++i)
     found.emplace_back(journal_file(tree.journal(), epochs[i]), "an old journal");
   std::set<std::string> known;
+  // The last run may have looked at a part only: run.json alone does not tell what is gone.
   for (const std::string& name : tree.finished()) known.insert(tree.log(name));
+  for (const std::string& name : load_names(tree)) known.insert(tree.log(name));
+  for (const std::string& name : Quarantine::load(tree.quarantine_file()).names()) known.insert(tree.log(name));
   if (const auto run = read_tree(tree.run_file()))
     if (const Node* scans = run->find("scans"); scans && scans->is_sequence())
       for (const Node& scan : scans->items()) known.insert(tree.log(text_in(scan, "name")));
@@ -209,6 +213,16 @@ int collect_garbage(const std::string& out, bool dry_run, Console& console) {
     console.result(out + ": nothing to remove", event);
   }
   return kExitGood;
+}
+
+bool is_held(const std::string& out, Console& console) {
+  const OutputTree tree(out);
+  if (!is_output(tree)) return false;
+  std::string held_by;
+  const auto lock = OutputLock::take(tree.lock_file(), held_by);
+  if (lock || held_by.empty()) return false;  // what else is wrong is told by the run that writes
+  console.complain(lock.error());
+  return true;
 }
 
 Result<RunOptions> release_scans(const std::string& out, const std::vector<std::string>& patterns, Console& console) {

@@ -16,6 +16,8 @@ int show_status(const std::string& out, Console& console);
 int cancel_run(const std::string& out, Console& console);
 /// Removes what dead runs left behind, old journals, and logs of scans that are gone. Takes the lock while it works.
 int collect_garbage(const std::string& out, bool dry_run, Console& console);
+/// True, after saying by whom, when a run holds the tree.
+bool is_held(const std::string& out, Console& console);
 /// Takes scans (patterns; all when there are none) out of quarantine. The options of a run that tries them, and
 /// those that failed last time, again; `only` is empty when there is none.
 /// errors  BadUsage: no run.json, a pattern that nothing matches

@@ -52,6 +52,18 @@ Result<void> OutputTree::commit(const std::string& attempt, const std::string& n
   return store::replace_folder(attempt, scan(name));
 }
 
+void OutputTree::remove_attempts(const std::string& name) const {
+  const fs::path final = scan(name);
+  const std::string begin = "." + final.filename().string() + ".";
+  std::vector<std::string> found;
+  std::error_code error;
+  for (fs::directory_iterator it(final.parent_path(), error), end; !error && it != end; it.increment(error))
+    if (const std::string part = it->path().filename().string();
+        part.starts_with(begin) && part.find_first_not_of("0123456789", begin.size()) == std::string::npos)
+      found.push_back(it->path().string());
+  for (const std::string& path : found) (void)store::remove_tree(path);  // what stays goes with the next run
+}
+
 std::vector<std::string> OutputTree::finished() const {
   std::vector<std::string> names;
   std::error_code error;
@@ -72,6 +84,27 @@ bool OutputTree::is_unwritable() const {
   const bool fine = store::write_text(path, std::string(65536, ' ')).ok();
   (void)store::remove_tree(path);
   return !fine;
+}
+
+Result<void> check_out_of_archive(const OutputTree& tree, const std::string& archive) {
+  std::error_code error;
+  const fs::path held = fs::weakly_canonical(fs::absolute(archive), error);
+  if (error) return {};
+  for (const char* part : {"", "/scans", "/logs", "/journal"}) {
+    fs::path folder = fs::weakly_canonical(fs::absolute(tree.root() + part), error);
+    if (error) continue;
+    if (!folder.has_filename()) folder = folder.parent_path();
+    const auto [end, unused] = std::mismatch(folder.begin(), folder.end(), held.begin(), held.end());
+    const bool inside = end == folder.end();
+    if (*part ? inside : folder == held)
+      return fail(Code::BadUsage,
+                  "the archive " + archive +
+                      (*part ? " lies in " + tree.root() + part + ", which a run writes to" : "") +
+                      (*part ? "" : " is the output folder itself") +
+                      "; results among the scans would be taken for scans: choose another --out",
+                  tree.root());
+  }
+  return {};
 }
 
 }  // namespace scanmill::runner

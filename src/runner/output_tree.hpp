@@ -22,6 +22,7 @@ class OutputTree {
   std::string lock_file() const { return root_ + "/journal/lock"; }
   std::string hashes_file() const { return root_ + "/journal/hashes.json"; }
   std::string quarantine_file() const { return root_ + "/quarantine.json"; }
+  std::string names_file() const { return root_ + "/journal/names.json"; }
   std::string night_file() const { return root_ + "/journal/night.json"; }
   std::string page_file() const { return root_ + "/report.html"; }
   std::string junit_file() const { return root_ + "/junit.xml"; }
@@ -39,6 +40,8 @@ class OutputTree {
   Result<std::string> begin_attempt(const std::string& name) const;
   /// The attempt takes the place of the scan's folder in one step.
   Result<void> commit(const std::string& attempt, const std::string& name) const;
+  /// Removes what attempts at a scan left whose process died; none may be at work on it.
+  void remove_attempts(const std::string& name) const;
   /// Names of all scans with a result here, in byte order.
   std::vector<std::string> finished() const;
   /// True when the tree takes no more bytes.
@@ -47,5 +50,10 @@ class OutputTree {
  private:
   std::string root_;
 };
+
+/// The folders that a run makes, and empties of what dead runs left, must not be the archive or hold it. An output
+/// folder inside the archive is fine. Links and ".." are followed.
+/// errors  BadUsage
+Result<void> check_out_of_archive(const OutputTree& tree, const std::string& archive);
 
 }  // namespace scanmill::runner

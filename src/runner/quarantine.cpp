@@ -11,13 +11,14 @@ using document::Node;
 namespace {
 
 Quarantine::Entry entry_of(const Node& row, const std::string& fingerprint, const std::string& error) {
-  Quarantine::Entry entry{fingerprint, error, FailureClass::BadInput, {}, 1, 0};
+  Quarantine::Entry entry{fingerprint, error, FailureClass::BadInput, {}, 1, 0, 0};
   const Node *failure = row.find("class"), *since = row.find("since"), *attempts = row.find("attempts"),
-             *memory = row.find("memory_bytes");
+             *memory = row.find("memory_bytes"), *limit = row.find("time_limit_s");
   if (failure && failure->is_string()) entry.failure = failure_named(failure->as_string());
   if (since && since->is_string()) entry.since = since->as_string();
   if (attempts && attempts->is_integer()) entry.attempts = static_cast<int>(attempts->as_integer());
   if (memory && memory->is_integer()) entry.memory = static_cast<std::uint64_t>(memory->as_integer());
+  if (limit && limit->is_number()) entry.time_limit_s = limit->as_number();
   return entry;
 }
 
@@ -52,17 +53,19 @@ Result<void> Quarantine::save(const std::string& path) const {
     row.set("since", entry.since);
     row.set("attempts", entry.attempts);
     if (entry.memory > 0) row.set("memory_bytes", entry.memory);
+    if (entry.time_limit_s > 0) row.set("time_limit_s", entry.time_limit_s);
     tree.entries().push_back({scan, {}, std::move(row)});
   }
   return store::write_text(path, document::to_json(tree, 1) + "\n");
 }
 
-const Quarantine::Entry* Quarantine::find(const std::string& scan, const std::string& fingerprint,
-                                          std::uint64_t memory) const {
+const Quarantine::Entry* Quarantine::find(const std::string& scan, const std::string& fingerprint, std::uint64_t memory,
+                                          double time_limit_s) const {
   const auto found = entries_.find(scan);
   if (found == entries_.end() || found->second.fingerprint != fingerprint) return nullptr;
   const Entry& entry = found->second;
-  return entry.memory > 0 && (memory == 0 || memory > entry.memory) ? nullptr : &entry;
+  const auto lifted = [](auto had, auto has) { return had > 0 && (has == 0 || has > had); };
+  return lifted(entry.memory, memory) || lifted(entry.time_limit_s, time_limit_s) ? nullptr : &entry;
 }
 
 void Quarantine::add(const std::string& scan, Entry entry) {

@@ -19,13 +19,16 @@ class Quarantine {
     std::string since;  // UTC
     int attempts = 1;
     std::uint64_t memory = 0;  // of class resource: with less or as much it is not tried again
+    double time_limit_s = 0;   // that was reached: with this or less it is not tried again
   };
   /// An unreadable file counts as empty: the scans are tried again.
   static Quarantine load(const std::string& path);
   Result<void> save(const std::string& path) const;
 
-  /// The entry of exactly this work on a machine that gives it no more than this memory, or nullptr.
-  const Entry* find(const std::string& scan, const std::string& fingerprint, std::uint64_t memory) const;
+  /// The entry of exactly this work where it is given no more memory (0: no cap) and time (0: no limit) than it had, or
+  /// nullptr.
+  const Entry* find(const std::string& scan, const std::string& fingerprint, std::uint64_t memory,
+                    double time_limit_s) const;
   void add(const std::string& scan, Entry entry);
   /// True when it was there.
   bool remove(const std::string& scan);

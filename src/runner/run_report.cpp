@@ -158,6 +158,11 @@ namespace {
 
 std::uint64_t in_this_run(const RunReport& report) { return report.scans.size() - report.count(ScanFate::Vanished); }
 
+/// In need of work, and left for the next run. A dry run makes nothing anyway.
+std::uint64_t not_made(const RunReport& report) {
+  return report.dry_run ? 0 : report.count(ScanFate::Pending) + report.count(ScanFate::Interrupted);
+}
+
 }  // namespace
 
 Node to_document(const RunReport& report) {
@@ -190,11 +195,15 @@ Node to_document(const RunReport& report) {
 
 std::string last_line(const RunReport& report) {
   const auto number = [&](ScanFate fate) { return std::to_string(report.count(fate)); };
+  const auto some = [](std::uint64_t count, const char* word) {
+    return count > 0 ? ", " + std::to_string(count) + " " + word : std::string();
+  };
   const std::uint64_t scans = in_this_run(report);
   return std::to_string(scans) + (scans == 1 ? " scan: " : " scans: ") + number(ScanFate::Unchanged) + " unchanged, " +
          number(ScanFate::Done) + " done, " +
          std::to_string(report.count(ScanFate::Failed) + report.count(ScanFate::Stale)) + " failed, " +
-         number(ScanFate::Quarantined) + " quarantined | gates: " + std::to_string(report.rejected()) + " | " +
+         number(ScanFate::Quarantined) + " quarantined" + some(not_made(report), "not made") +
+         some(report.count(ScanFate::Vanished), "vanished") + " | gates: " + std::to_string(report.rejected()) + " | " +
          clock_text(report.seconds) + " h | " +
          (report.has_page  ? report.out + "/report.html"
           : report.written ? report.out + "/run.json"
@@ -211,6 +220,8 @@ Node last_event(const RunReport& report) {
   node.set("failed", report.count(ScanFate::Failed) + report.count(ScanFate::Stale));
   node.set("stale", report.count(ScanFate::Stale));
   node.set("quarantined", report.count(ScanFate::Quarantined));
+  node.set("not_made", not_made(report));
+  node.set("vanished", report.count(ScanFate::Vanished));
   node.set("gates", report.rejected());
   node.set("seconds", report.seconds);
   if (report.written) node.set("run", report.out + "/run.json");

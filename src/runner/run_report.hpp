@@ -66,7 +66,8 @@ struct RunReport {
   int pid = 0, threads = 0;
   std::uint64_t memory_cap = 0;
   double seconds = 0;
-  int exit_code = -1;              // -1: still running
+  int exit_code = -1;  // -1: still running
+  bool dry_run = false;
   bool written = false;            // run.json is there
   bool has_page = false;           // report.html is there, of this run
   std::vector<std::string> notes;  // of the archive as a whole
@@ -81,7 +82,8 @@ document::Node to_document(const ScanEntry& entry);
 /// errors  Internal when the tree is no scan of a run.json
 Result<ScanEntry> entry_from(const document::Node& tree);
 document::Node to_document(const RunReport& report);
-/// "2 scans: 0 unchanged, 2 done, 0 failed, 0 quarantined | gates: 0 | 00:00:07 h | OUT/report.html | exit 0"
+/// "2 scans: 0 unchanged, 2 done, 0 failed, 0 quarantined | gates: 0 | 00:00:07 h | OUT/report.html | exit 0"; ", 2 not
+/// made" and ", 1 vanished" follow where there are any.
 std::string last_line(const RunReport& report);
 /// The same as an event of type "summary".
 document::Node last_event(const RunReport& report);

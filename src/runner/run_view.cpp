@@ -82,7 +82,10 @@ std::vector<std::string> block_of(const RunPicture& picture) {
     line += "  " + short_clock(age_of(*one)) + ", " + counted(static_cast<std::uint64_t>(one->order.threads), "thread");
     lines.push_back(std::move(line));
   }
-  lines.push_back(line_of(picture));
+  if (!picture.remark.empty()) lines.push_back("  " + picture.remark);  // the line below is cut at the screen's edge
+  RunPicture counts = picture;
+  counts.remark.clear();
+  lines.push_back(line_of(counts));
   return lines;
 }
 

@@ -23,13 +23,15 @@ using Clock = std::chrono::steady_clock;
 double seconds_since(Clock::time_point begin) { return std::chrono::duration<double>(Clock::now() - begin).count(); }
 
 template <class F>
-Result<Outcome> guarded(std::uint64_t memory, F&& body) {
+Result<Outcome> guarded(std::uint64_t memory, std::uint64_t cap, F&& body) {
   try {
     return body();
   } catch (const std::bad_alloc&) {
     return fail(Code::NoSpace,
-                "the memory cap of " + bytes_text(memory) +
-                    " was reached; raise resources.memory (--memory) or choose larger bins",
+                (memory < cap ? bytes_text(memory) + ", the worker's share of the memory cap of " + bytes_text(cap) +
+                                    ", were used up"
+                              : "the memory cap of " + bytes_text(memory) + " was reached") +
+                    "; raise resources.memory (--memory) or choose larger bins",
                 "memory");
   } catch (const std::exception& error) {
     return fail(Code::Internal, std::string("unexpected: ") + error.what() + "; please report it with the scan's log");
@@ -108,7 +110,8 @@ bool ScanMaker::settle(const SelectedScan& scan, const Fingerprint& fingerprint,
     return true;
   }
   const Quarantine::Entry* held =
-      frame_.options.only.empty() ? frame_.quarantine.find(name, fingerprint.value, frame_.memory) : nullptr;
+      frame_.options.only.empty() ? frame_.quarantine.find(name, fingerprint.value, frame_.memory, frame_.time_limit_s)
+                                  : nullptr;
   if (!held) return false;
   entry.fate = ScanFate::Quarantined;
   entry.error = fail(Code::BadInput, held->error);
@@ -219,7 +222,7 @@ Result<void> ScanMaker::attempt(const SelectedScan& scan, const Fingerprint& fin
 
 Result<void> ScanMaker::fill(const SelectedScan& scan, const Fingerprint& fingerprint, const std::string& folder,
                              ScanEntry& entry, int threads, std::uint64_t memory, Progress& progress) const {
-  auto outcome = guarded(memory, [&] {
+  auto outcome = guarded(memory, frame_.cap, [&] {
     act_on_test_fault(scan.task.name);
     const ChunkLoop loop(threads);
     return frame_.work.run(scan.number, scan.what, folder, {loop, frame_.stop.flag}, progress);

@@ -42,6 +42,8 @@ class ScanMaker {
     const Stop& stop;
     std::string host;
     std::uint64_t memory = 0;  // of the whole run; 0: no cap
+    std::uint64_t cap = 0;     // the same with what the driver takes
+    double time_limit_s = 0;   // of a scan; 0: none
     std::uint64_t epoch = 0;   // of the journal; a later one ends the right to commit
   };
   explicit ScanMaker(Frame frame) : frame_(std::move(frame)) {}

@@ -75,6 +75,7 @@ Scheduler::Scheduler(Parts parts)
 int Scheduler::run() {
   recall_memory();
   sort_out();
+  tell_of_waits();
   while (code_ == 0 && (!list_.empty() || !p_.executor.running().empty())) {
     listen();
     start_ready();
@@ -85,7 +86,9 @@ int Scheduler::run() {
   }
   if (code_ != 0) {
     p_.executor.kill_all();
-    while (!p_.executor.running().empty()) (void)p_.executor.wait(kTick);
+    while (!p_.executor.running().empty())
+      for (const Ended& ended : p_.executor.wait(kTick))
+        if (p_.journal) p_.tree.remove_attempts(name(ended.order.scan));
   }
   if (p_.journal) view_.end();
   return code_;
@@ -115,6 +118,15 @@ void Scheduler::put_on_list(std::size_t scan) {
   if (waits) (void)settles(item);
   bytes_all_ += item.bytes;
   list_.add(item);
+}
+
+/// Minutes may pass before the first scan starts: an operator must not take that for a hang.
+void Scheduler::tell_of_waits() {
+  const auto waits = list_.waits(Clock::now());
+  if (waits.count == 0) return;
+  p_.console.note("", "waiting " + std::to_string(1 + static_cast<int>(-seconds_since(waits.last))) +
+                          " s for the files of " + counted(waits.count, "scan") +
+                          " that changed a moment ago (settle_s)");
 }
 
 /// True when its files were left alone for long enough; else it has a later moment.
@@ -278,6 +290,7 @@ void Scheduler::end(Ended&& ended) {
     if (p_.executor.running().empty() || !ended.attempt->hashes.empty()) p_.work.load_hashes(ended.attempt->hashes);
   } else {
     take_over_death(ended, entry);
+    if (p_.journal) p_.tree.remove_attempts(entry.name);
   }
   if (ended.peak_memory > 0) entry.peak_memory = ended.peak_memory;
   const bool again = !output_is_bad && entry.failure != FailureClass::None && goes_again(item, ended, entry);
@@ -379,7 +392,8 @@ void Scheduler::finish_scan(const WorkItem& item, const Ended& ended, const std:
         known = now->value;
     if (!known.empty())
       p_.quarantine.add(entry.name, {known, entry.error.text(), entry.failure, utc_now(), entry.attempts,
-                                     entry.failure == FailureClass::Resource ? p_.memory : 0});
+                                     entry.failure == FailureClass::Resource ? p_.memory : 0,
+                                     ended.over_time ? p_.how.scan_time_limit_s : 0});
   }
   show_scan(entry, p_.tree.root(), p_.options.explain, p_.options.dry_run, names_.size() > kManyScans, p_.console);
 }

@@ -43,6 +43,7 @@ class Scheduler {
 
   void sort_out();
   void put_on_list(std::size_t scan);
+  void tell_of_waits();
   void listen();
   void start_ready();
   bool may_start(const WorkItem& item, const Order& order);

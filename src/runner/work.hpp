@@ -23,7 +23,8 @@ namespace scanmill::runner {
 struct ScanTask {
   std::string name;
   std::vector<std::string> notes;
-  std::string broken;  // why it cannot be read at all; empty when fine
+  std::string broken;      // why it cannot be read at all; empty when fine
+  bool is_of_job = false;  // described by the job itself, not by files of the archive
 };
 
 struct Archive {

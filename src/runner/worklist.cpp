@@ -65,6 +65,16 @@ std::optional<Moment> Worklist::next_moment(Moment now) const {
   return first;
 }
 
+Worklist::Waits Worklist::waits(Moment now) const {
+  Waits waits;
+  for (const Entry& entry : items_) {
+    if (entry.item.not_before <= now) continue;
+    ++waits.count;
+    waits.last = std::max(waits.last, entry.item.not_before);
+  }
+  return waits;
+}
+
 std::vector<WorkItem> Worklist::drop_all() {
   std::vector<WorkItem> items;
   for (const Entry& entry : items_) items.push_back(entry.item);

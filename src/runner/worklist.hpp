@@ -39,6 +39,12 @@ class Worklist {
   std::optional<std::pair<WorkItem, Order>> next(const Room& room, Moment now);
   /// When the first of the items that wait may start; nothing when none waits for a time.
   std::optional<Moment> next_moment(Moment now) const;
+  /// Items that wait for a time, and when the last of them may start.
+  struct Waits {
+    std::size_t count = 0;
+    Moment last{};
+  };
+  Waits waits(Moment now) const;
   /// Takes everything out.
   std::vector<WorkItem> drop_all();
 

@@ -134,7 +134,8 @@ def cancel_and_gc(work):
     assert "found no run here" in call(work, "status", "out", want=2)
     run = start(work, fault="hang:stuck")
     wait_for(lambda: os.path.exists(f"{work}/out/scans/a"))
-    assert "holds this output" in call(work, "gc", "out", want=75)
+    for command in ("gc", "retry"):
+        assert "holds this output" in call(work, command, "out", want=75)
     for _ in range(2):
         assert "asked pid" in call(work, "cancel", "out")
         wait_for(lambda: not os.path.exists(f"{work}/out/journal/cancel"))
@@ -147,6 +148,16 @@ def cancel_and_gc(work):
     assert not os.path.exists(f"{work}/out/logs/gone.log") and not os.path.exists(f"{work}/out/scans/.a.7")
     assert os.path.exists(f"{work}/out/logs/a.log")
     assert "nothing to remove" in call(work, "gc", "out")
+    # A run on a part of the scans does not make the others gone.
+    with open(f"{work}/archive/bad.ply", "w") as out:
+        out.write("ply\n")
+    ended(start(work), 3)
+    ended(start(work, "--only", "a"), 0)
+    assert "nothing to remove" in call(work, "gc", "out")
+    assert os.path.exists(f"{work}/out/logs/bad.log")
+    os.remove(f"{work}/archive/bad.ply")
+    assert "vanished from the archive: bad" in ended(start(work), 0)
+    assert "logs/bad.log" in call(work, "gc", "out")
 
 
 def dry_run_tells_what_it_would_do(work):

@@ -367,6 +367,17 @@ def full_disk_leaves_nothing_partial(work):
     run("run", f"{work}/job.yaml", "--out", f"{work}/o")
 
 
+def a_limit_on_files_is_a_full_disk(work):
+    make_archive(f"{work}/a")
+    job = write_job(f"{work}/job.yaml", "a")
+    limited = ["bash", "-c", 'ulimit -f 100; exec "$0" "$@"', SCANMILL, "run", job, "--out", f"{work}/o"]
+    done = subprocess.run(limited, capture_output=True, text=True, timeout=120)
+    assert done.returncode == 1, done
+    assert "File too large" in done.stderr and f"{work}/o/scans/sphere/.plan.1/mesh.stl" in done.stderr, done.stderr
+    assert results(f"{work}/o") == {} and not os.path.exists(f"{work}/o/quarantine.json")
+    run("run", job, "--out", f"{work}/o")
+
+
 if __name__ == "__main__":
     random.seed(1)
     with tempfile.TemporaryDirectory(prefix="scanmill-") as place:

@@ -139,7 +139,8 @@ def every_night_leaves_its_files_and_lists_the_worse_scan_first(work):
 
     run("run", job, "--out", f"{work}/o")  # the third night: quarantined, nothing worse
     page = Page(f"{work}/o/report.html")
-    assert 'id="quarantined"' in page.source and 'id="worse"' not in page.source and "ALL GOOD" in page.text
+    assert 'id="quarantined"' in page.source and 'id="worse"' not in page.source and "1 QUARANTINED" in page.text
+    assert "ALL GOOD" not in page.text and "exit code 0" in page.text
 
 
 def notify_tells_and_never_decides(work):

@@ -56,8 +56,10 @@ class FakeWork final : public Work {
     Archive found;
     for (const std::string& file : files) {
       names_.push_back(file.substr(0, file.size() - 4));
-      found.scans.push_back(
-          {names_.back(), {}, text_of(names_.size() - 1) == "broken" ? "its description is broken" : ""});
+      found.scans.push_back({names_.back(),
+                             {},
+                             text_of(names_.size() - 1) == "broken" ? "its description is broken" : "",
+                             names_.back() == of_job});
     }
     if (names_.size() > 1) found.notes = {"1 file of the suffix .las is not read by this version"};
     return found;
@@ -99,6 +101,7 @@ class FakeWork final : public Work {
   std::vector<std::string> runs;                       // names in the order of running
   std::function<void(const std::string&)> before_end;  // called inside each run
   std::function<std::int64_t(const std::string&)> changed_ns;
+  std::string of_job;  // the scan that the job describes itself
 
  private:
   std::string text_of(std::size_t scan) const { return slurp(archive_ + "/" + names_[scan] + ".txt"); }

@@ -291,13 +291,86 @@ TEST_F(RunJob, RefusesJobsThatSelectNothing) {
   Seen seen = run([](RunOptions& o) { o.only = {"alpah"}; });
   EXPECT_EQ(seen.code, 2);
   EXPECT_NE(seen.err.find("nearest alpha"), std::string::npos) << seen.err;
-  job_text += "overrides: [{scans: beta*, lattice: {bin_mm: 2}}]\n";
-  EXPECT_EQ(run().code, 2);
+  job_text += "scans: [beta*, gamma]\n";
+  seen = run();
+  EXPECT_EQ(seen.code, 2);
+  EXPECT_NE(seen.err.find("scans: found no scan that matches 'gamma'"), std::string::npos) << seen.err;
   job_text = "scanmill: 1\narchive: archive\n";
   EXPECT_EQ(run().code, 2);
   job_text = "scanmill: 1\narchive: nowhere\nlattice: {bin_mm: 1}\n";
   EXPECT_EQ(run().code, 2);
   EXPECT_FALSE(store::exists(root + "/out"));
+}
+
+TEST_F(RunJob, GoesOnWherePatternsMatchNothing) {
+  scan("alpha", "one");
+  scan("beta", "two");
+  job_text += "scans: [alpha, bete]\noverrides: [{scans: \"*/castings/*\", lattice: {bin_mm: 2}}]\n";
+  const Seen seen = run();
+  EXPECT_EQ(seen.code, 0) << seen.err;
+  EXPECT_EQ(work.runs, std::vector<std::string>{"alpha"});
+  for (const char* note : {"scans: found no scan that matches 'bete'; the archive holds alpha, beta; nearest beta",
+                           "overrides.scans: found no scan that matches '*/castings/*'"}) {
+    EXPECT_NE(seen.err.find(note), std::string::npos) << seen.err;
+    EXPECT_NE(document::to_json(*seen.report.find("notes")).find(note), std::string::npos) << note;
+  }
+  const JobCheck check = check_job(root + "/job.yaml", {}, work);
+  EXPECT_TRUE(check.problems.empty()) << check.problems.front();
+  EXPECT_EQ(check.notes.size(), 2u);
+}
+
+TEST_F(RunJob, ChecksTheScansThatTheJobItselfDescribes) {
+  scan("alpha", "broken");
+  spill(root + "/job.yaml", job_text);
+  EXPECT_TRUE(check_job(root + "/job.yaml", {}, work).problems.empty()) << "a file of the archive fails alone";
+  work.of_job = "alpha";
+  EXPECT_EQ(check_job(root + "/job.yaml", {}, work).problems,
+            std::vector<std::string>{root + "/job.yaml: its description is broken"});
+}
+
+TEST_F(RunJob, RefusesToWriteAmongTheScans) {
+  scan("scans/a", "one");
+  std::filesystem::create_directory_symlink("archive", root + "/link");
+  for (const char* out : {"/archive", "/link/", "/archive/scans/..", "/link/../archive/."}) {
+    const Seen seen = run([&](RunOptions& o) { o.out = root + out; });
+    EXPECT_EQ(seen.code, 2) << out;
+    EXPECT_NE(seen.err.find("choose another --out"), std::string::npos) << seen.err;
+  }
+  job_text =
+      "scanmill: 1\narchive: archive/scans\nlattice: {bin_mm: 1}\n";  // --out archive would write to archive/scans
+  EXPECT_EQ(run([&](RunOptions& o) { o.out = root + "/archive"; }).code, 2);
+  EXPECT_EQ(store::list_files(root + "/archive")->size(), 1u);
+  EXPECT_FALSE(store::exists(root + "/archive/journal"));
+  EXPECT_EQ(run().code, 0);
+}
+
+TEST_F(RunJob, SaysOnceWhatVanishedWithoutAResult) {
+  scan("a", "one");
+  scan("b", "bad");
+  scan("c", "bad");
+  EXPECT_EQ(run().code, kExitScans);
+  run([](RunOptions& o) { o.only = {"a"}; });  // run.json knows a alone now
+  std::filesystem::remove(root + "/archive/b.txt");
+  Seen seen = run();
+  EXPECT_NE(seen.err.find("note: 1 scan without a result vanished from the archive: b"), std::string::npos) << seen.err;
+  EXPECT_EQ(seen.last.rfind("2 scans: 1 unchanged, 0 done, 0 failed, 1 quarantined |", 0), 0u) << seen.last;
+  seen = run();
+  EXPECT_EQ(seen.err.find("vanished"), std::string::npos) << seen.err;
+}
+
+TEST_F(RunJob, CountsWhatIsNotMadeAndWhatVanished) {
+  for (const char* name : {"a", "b", "c", "d"}) scan(name, "one");
+  run([](RunOptions& o) { o.only = {"d"}; });
+  std::filesystem::remove(root + "/archive/d.txt");
+  EXPECT_EQ(run([](RunOptions& o) {
+              o.dry_run = true;
+            }).last.rfind("3 scans: 0 unchanged, 0 done, 0 failed, 0 quarantined, 1 vanished |", 0),
+            0u);
+  work.before_end = [&](const std::string&) { (void)stop.request(SIGTERM); };
+  const Seen seen = run();
+  EXPECT_EQ(seen.code, 143);
+  EXPECT_EQ(seen.last.rfind("3 scans: 0 unchanged, 0 done, 0 failed, 0 quarantined, 3 not made, 1 vanished |", 0), 0u)
+      << seen.last;
 }
 
 TEST_F(RunJob, RefusesScansWhoseFoldersWouldLieInEachOther) {
@@ -320,6 +393,19 @@ TEST_F(RunJob, UnwritableOutputIsOneLineNamingThePath) {
 TEST_F(RunJob, CapBelowTheProcessItselfIsRefused) {
   scan("a", "one");
   EXPECT_EQ(run([](RunOptions& o) { o.memory = 1 << 20; }).code, 2);
+  const auto local = [](std::int64_t threads, std::uint64_t memory) {
+    return [=](RunOptions& o) {
+      o.executor = "local";
+      o.threads = threads;
+      o.memory = memory << 20;
+    };
+  };
+  const Seen seen = run(local(1, 117));
+  EXPECT_EQ(seen.code, 2);
+  EXPECT_NE(seen.err.find("memory cap: found 117 MiB; a run with 1 thread needs 118 MiB"), std::string::npos)
+      << seen.err;
+  EXPECT_EQ(run(local(7, 118)).code, 2) << "threads cost memory";
+  EXPECT_EQ(run(local(1, 118)).code, 0);
 }
 
 }  // namespace

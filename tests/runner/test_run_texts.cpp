@@ -221,6 +221,8 @@ TEST(VerdictOf, NamesTheWorstFirst) {
   run.scans.clear();
   run.exit_code = 0;
   EXPECT_EQ(verdict_of(run), "all good");
+  run.scans.emplace_back().fate = ScanFate::Quarantined;
+  EXPECT_EQ(verdict_of(run), "1 scan quarantined") << "the exit code is 0, and yet not all is good";
 }
 
 }  // namespace

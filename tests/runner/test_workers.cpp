@@ -99,6 +99,46 @@ TEST_F(Workers, WhatDiesHangsOrIsBadCostsThatScanAlone) {
   EXPECT_EQ(state("crash"), "done");
 }
 
+TEST_F(Workers, AreGivenAnotherTryWhenTheTimeLimitIsRaised) {
+  scan("slow", "slow");
+  work.before_end = [&](const std::string& name) {
+    count_try(name);
+    if (tries(name) < 2) pause();
+  };
+  const auto limit = [](const char* time) {
+    return [time](RunOptions& options) { options.sets = {std::string("resources.scan_time_limit=") + time}; };
+  };
+  EXPECT_EQ(run(limit("1s")), 3) << text;
+  EXPECT_EQ(run(limit("1s")), 0) << text;
+  EXPECT_EQ(state("slow"), "quarantined");
+  EXPECT_EQ(run(limit("500ms")), 2) << "no such unit";
+  EXPECT_EQ(run(limit("0.5s")), 0) << text;
+  EXPECT_EQ(state("slow"), "quarantined");
+  EXPECT_EQ(run(limit("20s")), 0) << text;
+  EXPECT_EQ(state("slow"), "done");
+}
+
+TEST_F(Workers, ThatDieLeaveNothingBehind) {
+  scan("deep/a", "a");
+  scan("deep/a.b", "b");
+  work.before_end = [&](const std::string& name) {
+    count_try("a");
+    if (name == "deep/a" && tries("a") < 2) raise(SIGKILL);
+  };
+  EXPECT_EQ(run([](RunOptions& options) { options.only = {"deep/a"}; }), 0) << text;
+  EXPECT_EQ(entry("deep/a")->find("attempts")->as_integer(), 2);
+  for (const auto& at : std::filesystem::directory_iterator(root + "/out/scans/deep"))
+    EXPECT_EQ(at.path().filename().string(), "a");
+}
+
+TEST_F(Workers, NameTheirShareOfTheCap) {
+  scan("hungry", "hungry");
+  EXPECT_EQ(run([](RunOptions& options) { options.memory = 128u << 20; }), 3) << text;
+  EXPECT_NE(text.find("memory: 96 MiB, the worker's share of the memory cap of 128 MiB, were used up"),
+            std::string::npos)
+      << text;
+}
+
 TEST_F(Workers, GetMoreMemoryWhenTheyLackIt) {
   for (int i = 0; i < 4; ++i) scan("s" + std::to_string(i), "light");
   scan("t-heavy", "heavy");
@@ -154,6 +194,9 @@ TEST_F(Workers, WaitForFilesToSettle) {
   work.changed_ns = [now](const std::string& name) { return name == "b" ? now - 1'500'000'000 : 0; };
   EXPECT_EQ(run(), 0) << text;
   EXPECT_EQ(state("b"), "done");
+  EXPECT_NE(text.find("note: waiting 1 s for the files of 1 scan that changed a moment ago (settle_s)"),
+            std::string::npos)
+      << text;
   EXPECT_GE(std::chrono::steady_clock::now() - began, std::chrono::milliseconds(400));
 }
 
