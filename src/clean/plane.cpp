@@ -138,11 +138,11 @@ Result<FittedPlane> fit_largest_plane(std::span<const Vec3> sample, const PlaneR
   }
   FittedPlane fitted = fit.finish(best);
   if (best.held == 0 || fitted.share < rule.min_share)
-    return fail(Code::BadInput, "clean.remove_plane: no plane" +
-                                    std::string(rule.normal ? " facing about the given normal" : "") + " holds " +
-                                    percent(rule.min_share) + " of the points within " + number_text(rule.distance_mm) +
-                                    " mm; the best holds " + percent(fitted.share) +
-                                    ". Give the plane by point and normal, raise distance_mm, or lower min_share");
+    return fail(Code::BadInput,
+                "clean.remove_plane: no plane" + std::string(rule.normal ? " facing about the given normal" : "") +
+                    " holds " + percent(rule.min_share) + " of the points within " + number_text(rule.distance_mm) +
+                    " mm; the best holds " + percent(fitted.share) +
+                    ". Give the plane by point and normal, raise distance_mm, or lower clean.remove_plane.min_share");
   return fitted;
 }
 

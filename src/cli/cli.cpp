@@ -6,6 +6,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
+#include <filesystem>
 
 #include "base/text.hpp"
 #include "cli/commands.hpp"
@@ -257,8 +258,22 @@ std::string unknown_word(const CLI::App& app) {
                             " --help shows the use";
 }
 
+/// A path of the command line that leads nowhere is a slip there, whatever the command would have made of the file.
+Result<void> inputs_are_there(const std::string& name, const Options& o) {
+  std::vector<std::string> files = name.starts_with("plan ") ? o.plan.named_files() : o.inputs;
+  for (const std::string& file : {o.input, o.second, o.audit.record, o.timing.file, o.timing.against})
+    files.push_back(file);
+  for (const std::string& file : files) {
+    std::error_code error;
+    if (!file.empty() && std::filesystem::status(file, error).type() == std::filesystem::file_type::not_found)
+      return fail(Code::BadUsage, "there is no such file; check the path", file);
+  }
+  return {};
+}
+
 Result<pipeline::ToolReport> run_stage(const std::string& name, const Options& o, const pipeline::What& what,
                                        const Context& context, Progress& progress) {
+  TRY(inputs_are_there(name, o));
   if (name == "init")
     return pipeline::write_first_job(o.input, o.output.empty() ? "job.yaml" : o.output, context, progress);
   if (name == "simulate") return pipeline::simulate_plan(o.input, o.object, o.output, o.seed, context, progress);

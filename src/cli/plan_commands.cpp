@@ -48,6 +48,12 @@ void PlanOptions::add_to(CLI::App& group, const MakeCommand& make) {
       ->check(CLI::Range(1, 100000));
 }
 
+std::vector<std::string> PlanOptions::named_files() const {
+  std::vector<std::string> files = inputs_;
+  for (const std::string& file : {input_, machine_, import_.machine, propose_.object}) files.push_back(file);
+  return files;
+}
+
 Result<pipeline::ToolReport> PlanOptions::run(const std::string& name, const Context& context,
                                               Progress& progress) const {
   if (name == "import") return pipeline::import_plan(inputs_, import_, output_, context, progress);

@@ -23,6 +23,9 @@ class PlanOptions {
   void add_to(CLI::App& group, const MakeCommand& make);
   Result<pipeline::ToolReport> run(const std::string& name, const Context& context, Progress& progress) const;
 
+  /// Paths that were given to read.
+  std::vector<std::string> named_files() const;
+
  private:
   std::vector<std::string> inputs_;
   std::string input_, output_, as_ = "gcode", machine_;

@@ -39,6 +39,13 @@ DrawnBounds drawn_bounds(const Section& section) {
     bounds.add(section.worst->at);
     if (section.worst->has_foot) bounds.add(deviation_end(section, *section.worst));
   }
+  // A plane that only touches gives a dot; drawn to fill the sheet it would have a scale of no sense.
+  const double least = section.frame.slab_mm > 0 ? section.frame.slab_mm : 1;
+  if (!bounds.empty() && bounds.high.u - bounds.low.u < least / 100 && bounds.high.v - bounds.low.v < least / 100) {
+    const Uv middle{(bounds.low.u + bounds.high.u) / 2, (bounds.low.v + bounds.high.v) / 2};
+    bounds.add({middle.u - least, middle.v});
+    bounds.add({middle.u + least, middle.v});
+  }
   return bounds;
 }
 

@@ -4,12 +4,14 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <filesystem>
 #include <map>
 
 #include "base/digest.hpp"
 #include "base/text.hpp"
 #include "document/document.hpp"
+#include "pipeline/record_info.hpp"
 #include "pipeline/run_scan.hpp"
 #include "provenance/hdf5_reader.hpp"
 #include "provenance/record_content.hpp"
@@ -85,6 +87,15 @@ std::string archive_of_run(const std::string& record) {
   return {};
 }
 
+/// "." says nothing to whoever reads the sentence elsewhere.
+std::string shown(const std::string& folder) {
+  std::error_code error;
+  const fs::path whole = fs::absolute(folder, error).lexically_normal();
+  if (error || fs::path(folder).is_absolute()) return folder;
+  const std::string text = whole.has_filename() ? whole.string() : whole.parent_path().string();
+  return folder == "." || folder.starts_with("./") || folder.starts_with("../") ? text : folder;
+}
+
 /// Sentences about files that are not what the record says; returns how many are.
 Result<std::uint64_t> check_files(const std::vector<Claim>& claims, const std::string& folder, const char* kind,
                                   Texts& problems) {
@@ -103,11 +114,16 @@ Result<std::uint64_t> check_files(const std::vector<Claim>& claims, const std::s
       continue;
     }
     if (!store::exists(path)) {
-      problems.push_back(name + "is not in " + folder);
+      problems.push_back(name + "is not in " + shown(folder));
       continue;
     }
-    TRY_ASSIGN(const auto source, store::open_file(path, path));
-    TRY_ASSIGN(const std::string found, sha256_of(*source));
+    const auto source = store::open_file(path, path);
+    if (!source.ok() && source.error().code != Code::BadInput) return source.error();
+    if (!source.ok()) {
+      problems.push_back(name + source.error().message);
+      continue;
+    }
+    TRY_ASSIGN(const std::string found, sha256_of(**source));
     if (found == claim.sha256)
       ++proven;
     else
@@ -138,11 +154,21 @@ std::string differences(Texts a, Texts b) {
 /// A folder that goes with its scope.
 class Workplace {
  public:
-  Workplace() {
-    std::error_code ignored;
-    path_ = (fs::temp_directory_path(ignored) / ("scanmill-audit-" + std::to_string(::getpid()))).string();
+  /// Below TMPDIR, or /tmp without it.
+  Result<void> make() {
+    std::error_code error;
+    const fs::path temporary = fs::temp_directory_path(error);
+    if (error)
+      return fail(Code::IoFailed, "there is no folder for temporary files (" + error.message() + "); set TMPDIR to one",
+                  std::getenv("TMPDIR") != nullptr ? std::getenv("TMPDIR") : "/tmp");
+    path_ = (temporary / ("scanmill-audit-" + std::to_string(::getpid()))).string();
+    TRY(store::remove_tree(path_));
+    return store::make_folders(path_);
   }
-  ~Workplace() { (void)store::remove_tree(path_); }
+  Workplace() = default;
+  ~Workplace() {
+    if (!path_.empty()) (void)store::remove_tree(path_);
+  }
   Workplace(const Workplace&) = delete;
   Workplace& operator=(const Workplace&) = delete;
   const std::string& path() const { return path_; }
@@ -162,6 +188,11 @@ std::string other_versions(const Claims& claims) {
   return text;
 }
 
+/// Or else of the machine, or a wish to stop: such say nothing of a record.
+bool is_about_files(Code code) {
+  return code == Code::BadInput || code == Code::BadParameter || code == Code::Unsupported;
+}
+
 Result<void> rerun(const Claims& claims, const RecordReader& record, const std::string& archive, const Context& context,
                    Progress& progress, document::Node& values, Texts& problems) {
   if (const std::string other = other_versions(claims); !other.empty()) {
@@ -178,12 +209,11 @@ Result<void> rerun(const Claims& claims, const RecordReader& record, const std::
     problems.push_back("rerun: " + archive + " holds no scan " + claims.title);
     return {};
   }
-  const Workplace place;
-  TRY(store::remove_tree(place.path()));
-  TRY(store::make_folders(place.path()));
+  Workplace place;
+  TRY(place.make());
   auto made = run_scan(archive, *scan, what, place.path(), {}, context, progress);
   if (!made.ok()) {
-    if (made.error().code == Code::Cancelled) return std::move(made).error();
+    if (!is_about_files(made.error().code)) return std::move(made).error();
     problems.push_back("rerun: the scan could not be made again: " + made.error().text());
     return {};
   }
@@ -209,40 +239,68 @@ Result<void> rerun(const Claims& claims, const RecordReader& record, const std::
   return {};
 }
 
-}  // namespace
-
-Result<ToolReport> audit_record(const AuditChoice& choice, const Context& context, Progress& progress) {
-  const std::string path = store::is_folder(choice.record) ? choice.record + "/record.h5" : choice.record;
-  TRY_ASSIGN(const RecordReader record, RecordReader::open(path));
-  TRY_ASSIGN(const std::string layout, record.attribute("/", "Conventions"));
-  if (std::find(std::begin(kLayouts), std::end(kLayouts), layout) == std::end(kLayouts))
-    return fail(Code::Unsupported,
-                "found the layout '" + layout + "'; this version reads " + document::joined(kLayouts), path);
-  TRY_ASSIGN(const Claims claims, claims_of(record));
-  const std::string archive = choice.archive.empty() ? archive_of_run(path) : choice.archive;
-  if (archive.empty())
-    return fail(Code::BadUsage, "no run.json around the record says where its archive is; add --archive DIR", path);
-  if (!store::is_folder(archive))
-    return fail(Code::BadUsage, "the archive " + archive + " is not there; add --archive DIR", path);
-  progress.stage("audit", 0, 0);
-
-  ToolReport report;
-  report.values.set("record", path);
-  report.values.set("scan", claims.title);
-  report.values.set("identity", claims.identity);
-  report.values.set("archive", archive);
-  Texts& problems = report.failed_gates;
+/// What the record itself says, and whether its content is still what was written. BadInput and Unsupported mean that
+/// it is not.
+Result<void> prove_content(const RecordReader& record, const std::string& path, Claims& claims, ToolReport& report) {
   if (record.has_attribute("/", "content")) {
     TRY_ASSIGN(const std::string said, record.attribute("/", "content"));
     TRY_ASSIGN(Texts items, record.content());
     const std::string found = provenance::content_digest(std::move(items));
     report.values.set("content_proven", found == said);
     if (found != said)
-      problems.push_back("record: was changed after it was written: its content digests to " + found + ", it says " +
-                         said);
+      report.failed_gates.push_back("record: was changed after it was written: its content digests to " + found +
+                                    ", it says " + said);
   } else {
     report.values.set("notes", "the record is of an early version without a digest of its content; --rerun proves it");
   }
+  TRY_ASSIGN(const std::string layout, record.attribute("/", "Conventions"));
+  if (std::find(std::begin(kLayouts), std::end(kLayouts), layout) == std::end(kLayouts))
+    return fail(Code::Unsupported,
+                "found the layout '" + layout + "'; this version reads " + document::joined(kLayouts), path);
+  TRY_ASSIGN(claims, claims_of(record));
+  return {};
+}
+
+/// A record that nothing more can be said of.
+ToolReport not_proven(ToolReport report, const Error& error) {
+  report.values.set("content_proven", false);
+  report.values.set("proven", false);
+  report.failed_gates.push_back(error.text());
+  return report;
+}
+
+}  // namespace
+
+Result<ToolReport> audit_record(const AuditChoice& choice, const Context& context, Progress& progress) {
+  const std::string path = store::is_folder(choice.record) ? choice.record + "/record.h5" : choice.record;
+  if (!store::exists(path)) return fail(Code::BadInput, "this folder holds no record.h5", choice.record);
+  TRY_ASSIGN(const bool looks_right, is_record_file(path));
+  ToolReport report;
+  report.values.set("record", path);
+  const auto opened = RecordReader::open(path);
+  if (!opened.ok() && (!looks_right || opened.error().code != Code::BadInput)) return opened.error();
+  if (!opened.ok()) return not_proven(std::move(report), opened.error());
+  const RecordReader& record = *opened;
+  Texts& problems = report.failed_gates;
+  Claims claims;
+  if (const auto told = prove_content(record, path, claims, report); !told.ok()) {
+    const bool changed = told.error().code == Code::BadInput || !problems.empty();
+    return changed ? Result<ToolReport>(not_proven(std::move(report), told.error())) : told.error();
+  }
+  const std::string archive = choice.archive.empty() ? archive_of_run(path) : choice.archive;
+  if (archive.empty() && !problems.empty()) {
+    report.values.set("proven", false);
+    return report;
+  }
+  if (archive.empty())
+    return fail(Code::BadUsage, "no run.json around the record says where its archive is; add --archive DIR", path);
+  if (!store::is_folder(archive))
+    return fail(Code::BadUsage, "the archive " + archive + " is not there; add --archive DIR", path);
+  progress.stage("audit", 0, 0);
+
+  report.values.set("scan", claims.title);
+  report.values.set("identity", claims.identity);
+  report.values.set("archive", archive);
   TRY_ASSIGN(const std::uint64_t inputs, check_files(claims.inputs, archive, "input", problems));
   const std::string folder = fs::path(path).has_parent_path() ? fs::path(path).parent_path().string() : ".";
   TRY_ASSIGN(const std::uint64_t outputs, check_files(claims.outputs, folder, "output", problems));
@@ -252,7 +310,11 @@ Result<ToolReport> audit_record(const AuditChoice& choice, const Context& contex
   report.values.set("outputs", static_cast<std::uint64_t>(claims.outputs.size()));
   if (choice.rerun) {
     const std::size_t before = problems.size();
-    TRY(rerun(claims, record, archive, context, progress, report.values, problems));
+    if (auto done = rerun(claims, record, archive, context, progress, report.values, problems); !done.ok()) {
+      // Keys that make no sense come of a record that was changed; everything else is the machine's.
+      if (problems.empty() || !is_about_files(done.error().code)) return std::move(done).error();
+      problems.push_back("rerun: the scan could not be made again: " + done.error().text());
+    }
     report.values.set("remade_the_same", problems.size() == before);
   }
   report.values.set("proven", problems.empty());

@@ -20,10 +20,9 @@ struct AuditChoice {
 /// the record says. With `rerun` the scan is made again in a temporary folder from the record's keys and the archive
 /// alone, and identity and outputs are compared.
 ///
-/// returns  what was proven; everything that does not agree is a sentence in failed_gates
-/// errors   IoFailed, BadInput when the record cannot be read; Unsupported for a record of another layout; BadUsage
-/// when
-///          no archive is known
+/// returns  what was proven; everything that does not agree is a sentence in failed_gates, and so is a damaged record
+/// errors   BadInput for what is no record at all; IoFailed, NoSpace of the machine, of a rerun too; Unsupported for a
+///          whole record of another layout; BadUsage when no archive is known
 Result<ToolReport> audit_record(const AuditChoice& choice, const Context& context, Progress& progress);
 
 }  // namespace scanmill::pipeline

@@ -11,6 +11,7 @@ namespace {
 
 constexpr std::uint64_t kEnoughToTell = 100, kEnoughForNoise = 1000;  // points
 constexpr double kSpacings = 2, kMostSpacings = 3, kNoises = 8, kFewestBins = 8;
+constexpr double kShapeGrowth = 2;
 constexpr double kTrialBins = 4000;
 constexpr std::uint64_t kPointsPerBin = 4;
 constexpr double kBinsPerFace = 1.5;  // a smooth surface crosses about so many bins per bin face of its area
@@ -46,8 +47,14 @@ Result<CloudMeasure> measure_cloud(const PointSource& points, const Context& con
   lattice.bin_mm = 3 * spacing;
   TRY_ASSIGN(const reduce::Reduction fine, reduce::reduce_cloud(points, lattice, params, context));
   measure.noise_mm = fine.report.median_residual * fine.report.bin_mm;
-  measure.suggested_bin_mm = std::min(
-      {std::max(kSpacings * spacing, kNoises * *measure.noise_mm), kMostSpacings * spacing, largest / kFewestBins});
+  if (kNoises * *measure.noise_mm <= kSpacings * spacing) return measure;
+  // Noise is the same at any scale; the residual of a crease grows with the scale, that of a curved surface with its
+  // square. What doubles from a scale to its double is shape: larger bins would lose it.
+  lattice.bin_mm = 2 * fine.report.bin_mm;
+  TRY_ASSIGN(const reduce::Reduction wide, reduce::reduce_cloud(points, lattice, params, context));
+  measure.shape_prevails = wide.report.median_residual * wide.report.bin_mm >= kShapeGrowth * *measure.noise_mm;
+  if (measure.shape_prevails) return measure;
+  measure.suggested_bin_mm = std::min({kNoises * *measure.noise_mm, kMostSpacings * spacing, largest / kFewestBins});
   return measure;
 }
 

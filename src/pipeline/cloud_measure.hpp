@@ -16,13 +16,15 @@ struct CloudMeasure {
   // Nothing with fewer than 100 points, no noise with fewer than 1,000: too few to tell.
   std::optional<double> spacing_mm;  // square root of the area per point
   std::optional<double> noise_mm;    // rms distance from local planes: curvature and misregistration are in it
-  /// Two spacings; up to three where eight times the noise is more, since a part of the noise is curvature, which
-  /// larger bins would only lose. At most an eighth of the largest extent.
+  /// The distance at least doubles with the scale: it comes of curvature and creases rather than of noise.
+  bool shape_prevails = false;
+  /// Two spacings; up to three where eight times the noise is more and shape does not prevail, since larger bins would
+  /// only lose the shape. At most an eighth of the largest extent.
   std::optional<double> suggested_bin_mm;
 };
 
-/// Reduces the cloud twice on trial lattices: once to see its area, once at about nine points per bin for the noise.
-/// errors  those of reduce_cloud
+/// Reduces the cloud on trial lattices: once to see its area, once at about nine points per bin for the noise, and
+/// where there is noise that matters once more at twice the scale. errors  those of reduce_cloud
 Result<CloudMeasure> measure_cloud(const PointSource& points, const Context& context);
 
 }  // namespace scanmill::pipeline

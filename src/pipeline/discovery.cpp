@@ -350,8 +350,8 @@ std::vector<std::string> leave_out_own_output(std::vector<std::string>& files) {
 }  // namespace
 
 Result<Discovery> discover(const std::string& archive, const DiscoveryKeys& keys) {
-  std::vector<std::string> links;
-  TRY_ASSIGN(std::vector<std::string> files, store::list_files(archive, &links));
+  std::vector<std::string> links, others;
+  TRY_ASSIGN(std::vector<std::string> files, store::list_files(archive, &links, &others));
   const std::vector<std::string> own = leave_out_own_output(files);
   TRY_ASSIGN(Discovery found, Finder(archive, keys, files).run());
   if (!own.empty())
@@ -361,6 +361,10 @@ Result<Discovery> discover(const std::string& archive, const DiscoveryKeys& keys
     found.notes.push_back(counted(links.size(), "link") + " out of the archive " + (links.size() == 1 ? "is" : "are") +
                           " not followed, the first is " + links.front() +
                           "; copy or mount what it leads to, or name that folder as archive");
+  if (!others.empty())
+    found.notes.push_back(grouped(others.size()) +
+                          (others.size() == 1 ? " pipe, socket or device is" : " pipes, sockets or devices are") +
+                          " left out, the first is " + others.front());
   return found;
 }
 

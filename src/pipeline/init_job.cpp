@@ -75,7 +75,7 @@ Seen look_at(const std::string& archive, const ScanSpec& scan, const Context& co
   };
   auto first = measured(1);
   if (!first.ok()) {
-    seen.trouble = first.error().text();
+    seen.trouble = first.error().where.empty() ? scan.name + ": " + first.error().text() : first.error().text();
     return seen;
   }
   seen.measure = *first;
@@ -150,9 +150,18 @@ std::string comment_of(const Seen& seen) {
 
 std::string quoted(const std::string& word) { return document::to_json(document::Node(word)); }
 
+/// Why a scan got its unit, where another than that of the job.
+std::string unit_reason(const Seen& seen) {
+  if (is_depth(*seen.scan)) return "# Depth maps of 1000 steps a metre.";
+  const Vec3 size = seen.measure.bounds.size();
+  const double extent = std::max({size.x, size.y, size.z}) / plan::unit_mm(seen.units).value_or(1);
+  return "# The numbers span " + short_text(extent) + ": " + guess_units(extent).reason + ".";
+}
+
 std::string override_of(const Seen& seen, const std::string& units, double bin) {
   std::string keys;
-  if (!seen.units.empty() && seen.units != units) keys += "    units: " + seen.units + "\n";
+  if (!seen.units.empty() && seen.units != units)
+    keys += "    " + unit_reason(seen) + "\n    units: " + seen.units + "\n";
   if (const double own = seen.bin_mm; own > 0 && (own > bin * kDiffers || own * kDiffers < bin))
     keys += "    lattice: {bin_mm: " + short_text(own) + "}\n";
   return keys.empty() ? keys : "  - scans: " + quoted(seen.scan->name) + "\n" + keys;
@@ -217,7 +226,7 @@ Result<FirstJob> first_job(const std::string& archive, const std::string& name_i
   if (found.scans.empty()) {
     std::string text = "found no scan; wanted point files, .conf files or scan plans";
     for (const std::string& note : found.notes) text += "\n" + archive + ": note: " + note;
-    return fail(Code::BadInput, text, archive);
+    return fail(Code::BadUsage, text, archive);  // as `run` of it
   }
   std::vector<Seen> list;
   for (const std::size_t row : chosen(found.scans.size())) {

@@ -25,24 +25,25 @@ Style word_of_style(const Output& output) {
   return at == styles.end() ? Style{} : static_cast<Style>(at - styles.begin());
 }
 
-void add_iges_notes(const exporting::IgesCounts& counts, std::uint64_t triangles, std::vector<std::string>& notes) {
+void add_iges_notes(const exporting::IgesCounts& counts, std::uint64_t triangles, const std::string& name,
+                    std::vector<std::string>& notes) {
   if (triangles > kManyFaces)
-    notes.push_back("mesh.igs holds " + grouped(triangles) + " triangles in " + bytes_text(counts.bytes) +
+    notes.push_back(name + " holds " + grouped(triangles) + " triangles in " + bytes_text(counts.bytes) +
                     ": CAD programs take minutes and gigabytes to open it; larger bins make it smaller");
   if (counts.left_out > 0)
-    notes.push_back("mesh.igs leaves out " + counted(counts.left_out, "triangle") + " without area");
+    notes.push_back(name + " leaves out " + counted(counts.left_out, "triangle") + " without area");
   if (counts.inside_out > 0)
-    notes.push_back("mesh.igs holds " + counted(counts.inside_out, "closed component") +
+    notes.push_back(name + " holds " + counted(counts.inside_out, "closed component") +
                     " as closed shells, not as solids, since they are turned inside out (cavities)");
 }
 
-void add_3mf_notes(const exporting::ThreeMfCounts& counts, std::vector<std::string>& notes) {
+void add_3mf_notes(const exporting::ThreeMfCounts& counts, const std::string& name, std::vector<std::string>& notes) {
   if (counts.left_out > 0)
-    notes.push_back("mesh.3mf leaves out " + counted(counts.left_out, "triangle") +
+    notes.push_back(name + " leaves out " + counted(counts.left_out, "triangle") +
                     " with two equal corners, which the format forbids");
   if (!counts.closed)
-    notes.push_back(
-        "mesh.3mf holds an open surface (type surface): printing programs want closed ones and may refuse it");
+    notes.push_back(name +
+                    " holds an open surface (type surface): printing programs want closed ones and may refuse it");
 }
 
 }  // namespace
@@ -68,6 +69,7 @@ Result<WrittenFile> write_mesh_file(const Mesh& mesh, const Output& output, cons
   const exporting::IgesOptions iges{word_of_style<exporting::IgesStyle>(output), bin_mm};
   const auto dxf = word_of_style<exporting::DxfStyle>(output);
   WrittenFile file;
+  file.name = std::filesystem::path(path).filename().string();
   TRY_ASSIGN(auto sink, store::create_file(path));
   if (output.format == "ply") {
     TRY(exporting::write_ply_mesh(mesh, ply, *sink));
@@ -75,12 +77,12 @@ Result<WrittenFile> write_mesh_file(const Mesh& mesh, const Output& output, cons
     TRY(exporting::write_obj(mesh, *sink));
   } else if (output.format == "iges") {
     TRY_ASSIGN(const exporting::IgesCounts counts, exporting::write_iges(mesh, iges, *sink));
-    add_iges_notes(counts, mesh.triangles.size(), file.notes);
+    add_iges_notes(counts, mesh.triangles.size(), file.name, file.notes);
   } else if (output.format == "dxf") {
     TRY(exporting::write_dxf(mesh, dxf, *sink));
   } else if (output.format == "3mf") {
     TRY_ASSIGN(const exporting::ThreeMfCounts counts, exporting::write_3mf(mesh, *sink));
-    add_3mf_notes(counts, file.notes);
+    add_3mf_notes(counts, file.name, file.notes);
   } else if (output.ascii) {
     TRY(exporting::write_stl_ascii(mesh, *sink));
   } else {
@@ -102,7 +104,6 @@ Result<WrittenFile> write_mesh_file(const Mesh& mesh, const Output& output, cons
     TRY(exporting::compare_stl_ascii(mesh, *source));
   else
     TRY(exporting::compare_stl(mesh, *source));
-  file.name = std::filesystem::path(path).filename().string();
   file.bytes = source->size();
   TRY_ASSIGN(file.sha256, sha256_of(*source));
   return file;

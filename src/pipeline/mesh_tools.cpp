@@ -14,6 +14,7 @@
 #include "pipeline/mesh_files.hpp"
 #include "pipeline/surface.hpp"
 #include "pipeline/tool_inputs.hpp"
+#include "pipeline/unit_hint.hpp"
 #include "pipeline/watched_points.hpp"
 #include "render/render.hpp"
 #include "store/files.hpp"
@@ -25,7 +26,7 @@ namespace {
 
 using document::Node;
 
-constexpr double kFarShare = 0.1;            // of a mesh's diagonal
+constexpr double kFarShare = 0.1, kOffShare = 0.001;  // of a mesh's diagonal
 constexpr std::uint64_t kDrawn = 4'000'000;  // points of a cloud in a picture; evenly spread rows of larger ones
 
 struct LoadedMesh {
@@ -245,7 +246,7 @@ Result<std::vector<Vec3>> sample_of(const ScanPoints& points, const Context& con
     progress.stage("read", number, points.block_count());
     TRY(points.read_block(number, block));
     for (std::size_t i = 0; i < block.positions.size(); ++i)
-      if (block.rows[i] % step == 0) sample.push_back(block.positions[i]);
+      if (block.rows[i] % step == 0 || sample.empty()) sample.push_back(block.positions[i]);
   }
   return sample;
 }
@@ -323,7 +324,8 @@ Result<ToolReport> verify_file(const std::string& mesh_path, const std::vector<s
     return report;
   }
   TRY_ASSIGN(const OpenedInputs opened, open_inputs(clouds, what));
-  const WatchedPoints watched(*opened.points, "verify", progress);
+  const BoundedPoints bounded(*opened.points);
+  const WatchedPoints watched(bounded, "verify", progress);
   verify::Terms terms;
   terms.bin_mm = what.lattice.bin_mm.value_or(quality.edges.p50);
   terms.sensor_accuracy_mm = what.sensor.accuracy_mm;
@@ -333,7 +335,11 @@ Result<ToolReport> verify_file(const std::string& mesh_path, const std::vector<s
   report_fit(fit, *opened.points, what.lattice.bin_mm ? "bin_mm" : "median_edge_mm", distances);
   report.values.set("fit", std::move(distances));
   report.failed_gates = failed_gates(fit);
-  if (fit.all.percentiles && fit.all.percentiles->p50 > kFarShare * norm(quality.bounds.size()))
+  const double far = fit.all.percentiles ? fit.all.percentiles->p50 / norm(quality.bounds.size()) : 0;
+  const std::string unit = unit_hint(quality.bounds, bounded.bounds(), opened.points->units_mm());
+  if (far > kOffShare && !unit.empty())
+    report.values.set("warning", unit);
+  else if (far > kFarShare)
     report.values.set("warning",
                       "half of the points lie farther from the mesh than a tenth of its size: do units and "
                       "frames of cloud and mesh agree (--units is the clouds')?");
@@ -438,6 +444,7 @@ Result<ToolReport> render_file(const std::string& input, const What& what, const
       return fail(Code::BadUsage, "is a cloud and can be drawn as points only, found " + style, input);
     TRY_ASSIGN(const OpenedInputs opened, open_inputs({input}, what));
     TRY_ASSIGN(points, sample_of(*opened.points, context, progress));
+    if (points.empty()) return fail(Code::BadInput, "no finite point in the file; nothing to draw", input);
     scene.points = points;
   }
   progress.stage("render", 0, 0);

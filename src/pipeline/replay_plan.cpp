@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipeline/replay_plan.hpp"
 
+#include <unistd.h>
+
 #include <cmath>
 #include <filesystem>
 
@@ -184,6 +186,36 @@ Node summary(const Rehearsal& r) {
   return node;
 }
 
+/// A hidden folder in the one to be written: files get their places when all of them are whole.
+class Staging {
+ public:
+  explicit Staging(const std::string& folder)
+      : folder_(folder), path_(folder + "/.replay-" + std::to_string(::getpid())) {}
+  ~Staging() { (void)store::remove_tree(path_); }
+  Staging(const Staging&) = delete;
+  Staging& operator=(const Staging&) = delete;
+  const std::string& path() const { return path_; }
+
+  Result<void> make() const {
+    TRY(store::remove_tree(path_));
+    return store::make_folders(path_);
+  }
+  /// The first of the files last: who finds it finds the others of the same replay.
+  Result<void> put_in_place(const std::vector<std::string>& files) const {
+    for (std::size_t n = files.size(); n-- > 0;) {
+      std::error_code error;
+      std::filesystem::rename(path_ + "/" + files[n], folder_ + "/" + files[n], error);
+      if (error)
+        return fail(Code::IoFailed, "cannot put the finished file in place: " + error.message(),
+                    folder_ + "/" + files[n]);
+    }
+    return store::sync_folder(folder_);
+  }
+
+ private:
+  std::string folder_, path_;
+};
+
 std::string error_lines(const Rehearsal& r) {
   std::string lines;
   for (const std::string& line : r.texts(plan::Severity::Error))
@@ -225,18 +257,20 @@ Result<ToolReport> replay_plan(const std::string& path, const std::string& wante
       wanted_folder.empty() ? std::filesystem::path(path).stem().string() + ".replay" : wanted_folder;
   TRY_ASSIGN(const Rehearsal r, rehearse(path, choice, true, context, progress));
   TRY(store::make_folders(folder));
+  Staging staging(folder);
+  TRY(staging.make());
   ToolReport report;
   report.values = summary(r);
   Node& out = report.values;
   std::vector<std::string> written{"replay.json", "timeline.tsv"};
-  TRY(store::write_text(folder + "/replay.json", document::to_json(replay_document(r), 1) + "\n"));
-  TRY(store::write_text(folder + "/timeline.tsv", timeline_text(r)));
+  TRY(store::write_text(staging.path() + "/replay.json", document::to_json(replay_document(r), 1) + "\n"));
+  TRY(store::write_text(staging.path() + "/timeline.tsv", timeline_text(r)));
   if (r.bins) {
     out.set("points", r.bins->report.points_used);
     out.set("low_mm", triple(r.bins->report.bounds.low));
     out.set("high_mm", triple(r.bins->report.bounds.high));
     if (!choice.no_cloud) {
-      TRY(write_cloud(r, folder + "/cloud.ply", context, progress));
+      TRY(write_cloud(r, staging.path() + "/cloud.ply", context, progress));
       written.push_back("cloud.ply");
     }
   }
@@ -253,9 +287,10 @@ Result<ToolReport> replay_plan(const std::string& path, const std::string& wante
     }
   }
   if (!choice.no_pictures) {
-    TRY_ASSIGN(const std::vector<std::string> names, write_replay_pictures(r, folder, context, progress));
+    TRY_ASSIGN(const std::vector<std::string> names, write_replay_pictures(r, staging.path(), context, progress));
     written.insert(written.end(), names.begin(), names.end());
   }
+  TRY(staging.put_in_place(written));
   out.set("folder", folder);
   std::string all;
   for (const std::string& name : written) all += (all.empty() ? "" : " ") + name;

@@ -190,7 +190,8 @@ Result<ScanResult> run_scan(const std::string& archive, const ScanSpec& scan, co
   if (auto seen = points->check_bands(result.notes); !seen.ok()) return name_file(std::move(seen).error(), scan);
   reduce::Reduction reduction = std::move(reduced).value();
   const reduce::Report& report = reduction.report;
-  if (std::string problem = implausible_size(report.bounds, points->units_mm(), report.bin_mm); !problem.empty())
+  if (std::string problem = implausible_size(report.bounds, points->units_mm(), report.bin_mm, report.points_used);
+      !problem.empty())
     return name_file(fail(Code::BadInput, std::move(problem)), scan);
   clock.lap("reduce");
 

@@ -58,6 +58,7 @@ Result<std::vector<report::Picture>> write_pictures(const ScanResults& results, 
   render::Scene points;
   points.mesh = &mesh;
   points.removed = removed;
+  points.removed_of = results.cleaned.cleaned->counts().removed();
   TRY(add(points, render::Style::Points, "removed", "what was kept, and in red what the clean rules removed"));
   return pictures;
 }

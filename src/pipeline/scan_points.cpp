@@ -264,10 +264,14 @@ std::string rounded(double value) {
 
 }  // namespace
 
-std::string implausible_size(const Bounds& bounds, double units_mm, double bin_mm) {
+std::string implausible_size(const Bounds& bounds, double units_mm, double bin_mm, std::uint64_t points) {
   if (bounds.empty()) return {};
   const Vec3 size = bounds.size();
   const double largest = std::max({size.x, size.y, size.z});
+  if (largest <= 0)
+    return (points == 1 ? std::string("holds one point")
+                        : "all " + (points > 0 ? grouped(points) + " " : std::string()) + "points coincide") +
+           "; wanted points of a surface";
   const bool few_bins = bin_mm > 0 && largest < 4 * bin_mm;
   const bool below_1_mm = units_mm == 1 && largest < 1;
   const bool tiny = few_bins || below_1_mm;

@@ -72,7 +72,8 @@ class ScanPoints final : public PointSource {
 
 /// Whether a cloud of these bounds (mm) can be meant: empty when it can, else a sentence with the likely unit.
 /// units_mm  of the files the bounds were read from
+/// points    how many lie in the bounds, for the sentence of those that coincide; 0: not said
 /// bin_mm    0 when the job does not give it
-std::string implausible_size(const Bounds& bounds, double units_mm, double bin_mm);
+std::string implausible_size(const Bounds& bounds, double units_mm, double bin_mm, std::uint64_t points = 0);
 
 }  // namespace scanmill::pipeline

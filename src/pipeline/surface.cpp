@@ -5,8 +5,8 @@
 #include <cmath>
 #include <numeric>
 
-#include "base/text.hpp"
 #include "front/front.hpp"
+#include "pipeline/no_surface.hpp"
 
 namespace scanmill::pipeline {
 namespace {
@@ -190,10 +190,7 @@ Result<MeshedSurface> mesh_surface(const reduce::ReducedCloud& cloud, const Boun
   progress.stage("merge", 0, 0);
   merge::Merged merged =
       merge::merge_components({w.measured, offset, grown.side_known, grown.triangles, grown.patch}, what.merge);
-  if (merged.mesh.triangles.empty())
-    return fail(Code::BadInput, "no triangle can be made of " + std::to_string(out.stars.kept) +
-                                    " kept points; is the bin edge (" + number_text(cloud.lattice.edge_mm) +
-                                    " mm) finer than the sensor's pitch, or are the units wrong?");
+  if (merged.mesh.triangles.empty()) return fail(Code::BadInput, no_surface_text(cloud, what.lattice, out.stars.kept));
   out.mesh = std::move(merged.mesh);
   out.vertex_row = std::move(merged.vertex_row);
   out.strays = std::move(merged.strays);

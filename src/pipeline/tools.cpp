@@ -7,9 +7,11 @@
 
 #include "base/text.hpp"
 #include "export/writers.hpp"
+#include "formats/probe.hpp"
 #include "pipeline/cloud_measure.hpp"
 #include "pipeline/density.hpp"
 #include "pipeline/init_job.hpp"
+#include "pipeline/outputs_key.hpp"
 #include "pipeline/reduced_file.hpp"
 #include "pipeline/scan_points.hpp"
 #include "pipeline/surface.hpp"
@@ -25,6 +27,7 @@ namespace {
 using document::Node;
 
 constexpr std::uint64_t kLongestPlan = 64 << 20;
+constexpr std::string_view kSimulated = "scanmill simulate:";  // in the comment of every simulated view
 
 void report_reduction(const reduce::Report& reduced, Node& out) {
   out.set("points_read", reduced.points_read);
@@ -83,7 +86,8 @@ Result<reduce::Reduction> reduce_inputs(const OpenedInputs& opened, const What& 
   auto reduced = reduce::reduce_cloud(watched, what.lattice, what.reduce, context);
   if (!reduced.ok()) return named(std::move(reduced).error(), opened);
   reduce::Reduction reduction = std::move(reduced).value();
-  std::string problem = implausible_size(reduction.report.bounds, opened.points->units_mm(), reduction.report.bin_mm);
+  const reduce::Report& seen = reduction.report;
+  std::string problem = implausible_size(seen.bounds, opened.points->units_mm(), seen.bin_mm, seen.points_used);
   if (!problem.empty()) return fail(Code::BadInput, std::move(problem), opened.input.scan.name);
   return reduction;
 }
@@ -100,6 +104,48 @@ Result<plan::ScanPlan> read_plan(const std::string& path, std::string& text) {
   TRY_ASSIGN(text, read_all(*source, kLongestPlan));
   TRY_ASSIGN(const Node root, document::parse_yaml(text, path));
   return plan::plan_from(root, path);
+}
+
+std::string start_of(const std::string& path, std::uint64_t bytes) {
+  const auto source = store::open_file(path, path);
+  if (!source.ok()) return {};
+  std::string start(std::min((*source)->size(), bytes), '\0');
+  const auto got = (*source)->read_at(0, start);
+  start.resize(got.ok() ? *got : 0);
+  return start;
+}
+
+/// Simulated views may take the place of views simulated from the same plan, and of nothing else: a plan names the
+/// files of real scans.
+Result<void> check_simulated_folder(const std::string& folder, const plan::ScanPlan& plan, const std::string& plan_path,
+                                    const std::string& plan_copy, const std::string& plan_text) {
+  namespace fs = std::filesystem;
+  const char* remedy = "; name another folder with --out, or remove it first; nothing was written";
+  if (store::exists(plan_copy) && start_of(plan_copy, kLongestPlan) != plan_text)
+    return fail(Code::BadUsage, std::string("is another plan than ") + plan_path + remedy, plan_copy);
+  std::error_code error;
+  const bool in_its_folder = fs::equivalent(plan_path, plan_copy, error);
+  fs::directory_iterator entries(folder, error);  // none when the folder is yet to be made
+  for (; !error && !in_its_folder && entries != fs::directory_iterator(); entries.increment(error)) {
+    const fs::path path = entries->path();
+    const std::string suffix = formats::suffix_of(path.string());
+    if (path.filename() == fs::path(plan_copy).filename() || (suffix != "yaml" && suffix != "yml" && suffix != "json"))
+      continue;
+    if (start_of(path.string(), kLongestPlan).find("scanmill_plan") != std::string::npos)
+      return fail(Code::BadUsage, std::string("is another plan, with an archive of its own") + remedy, path.string());
+  }
+  for (const plan::Station& station : plan.stations) {
+    const std::string path = folder + "/" + station.data;
+    if (station.via || !store::exists(path)) continue;
+    if (start_of(path, 1024).find(kSimulated) == std::string::npos)
+      return fail(Code::BadUsage, std::string("is there already and was not simulated") + remedy, path);
+  }
+  return {};
+}
+
+bool is_mesh_suffix(const std::string& suffix) {
+  const auto words = mesh_suffixes();
+  return std::find(words.begin(), words.end(), suffix) != words.end();
 }
 
 }  // namespace
@@ -199,7 +245,7 @@ Result<ToolReport> cloud_info(const std::string& input, const What& what, const 
     out.set("spacing_mm", *seen.spacing_mm);
   else
     out.set("spacing_mm", "fewer than 100 points: too few to tell");
-  if (std::string problem = implausible_size(seen.bounds, points.units_mm(), 0); !problem.empty())
+  if (std::string problem = implausible_size(seen.bounds, points.units_mm(), 0, seen.points_used); !problem.empty())
     out.set("warning", problem);
   if (seen.noise_mm) out.set("noise_mm_at_most", *seen.noise_mm);  // curvature and misregistration are in it
   if (seen.suggested_bin_mm) out.set("suggested_bin_mm", *seen.suggested_bin_mm);
@@ -209,8 +255,13 @@ Result<ToolReport> cloud_info(const std::string& input, const What& what, const 
 
 Result<ToolReport> convert_cloud(const std::string& input, const What& what, const std::string& output,
                                  const Context& context, Progress& progress) {
-  TRY(check_output(output, {".ply"}, {input}));
   TRY_ASSIGN(const OpenedInputs opened, open_inputs({input}, what));
+  if (const std::string suffix = formats::suffix_of(output); is_mesh_suffix(suffix) && suffix != "ply")
+    return fail(Code::BadUsage,
+                input + " is read as a cloud, and a ." + suffix + " file holds triangles; make a mesh of it first " +
+                    "(scanmill run, or scanmill mesh " + input + " -o mesh.stl), or write the points as .ply",
+                output);
+  TRY(check_output(output, {".ply"}, {input}));
   const ScanPoints& points = *opened.points;
   std::uint64_t count = 0;
   PointBlock block;
@@ -280,6 +331,9 @@ Result<ToolReport> simulate_plan(const std::string& plan_path, const std::string
                     "station " + station.name + " has no data file and its name cannot be one; add data", plan_path);
       named_here = true;
     }
+  const std::string plan_copy = folder + "/" + std::filesystem::path(plan_path).filename().string();
+  const std::string plan_text = named_here ? document::to_yaml(plan::to_document(plan)) : text;
+  TRY(check_simulated_folder(folder, plan, plan_path, plan_copy, plan_text));
   std::uint64_t points = 0;
   for (std::size_t s = 0; s < plan.stations.size(); ++s) {
     const plan::Station& station = plan.stations[s];
@@ -294,14 +348,13 @@ Result<ToolReport> simulate_plan(const std::string& plan_path, const std::string
     const std::string path = folder + "/" + station.data;
     TRY(store::make_folders(std::filesystem::path(path).parent_path().string()));
     TRY_ASSIGN(auto sink, store::create_file(path));
-    const std::vector<std::string> comments{"scanmill simulate: object " + object_name + ", station " + station.name +
-                                            ", seed " + std::to_string(seed)};
+    const std::vector<std::string> comments{std::string(kSimulated) + " object " + object_name + ", station " +
+                                            station.name + ", seed " + std::to_string(seed)};
     TRY(exporting::write_view_ply(map.points, comments, *sink));
     TRY(sink->commit());
   }
   progress.stage("simulate", plan.stations.size(), plan.stations.size());
-  const std::string plan_copy = folder + "/" + std::filesystem::path(plan_path).filename().string();
-  TRY(store::write_text(plan_copy, named_here ? document::to_yaml(plan::to_document(plan)) : text));
+  TRY(store::write_text(plan_copy, plan_text));
   ToolReport report;
   report.values.set("plan", plan_copy);
   report.values.set("object", object_name);

@@ -2,6 +2,7 @@
 #include "provenance/hdf5_reader.hpp"
 
 #include <hdf5.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -11,12 +12,14 @@
 
 #include "base/digest.hpp"
 #include "provenance/record_content.hpp"
+#include "provenance/trial_reading.hpp"
 
 namespace scanmill::provenance {
 namespace {
 
-/// Larger datasets than any record of this machine could hold: a file that claims them is damaged.
-constexpr std::uint64_t kMostBytes = std::uint64_t{1} << 40;
+/// Larger datasets than any record of this machine could hold: a file that claims them is damaged. So is one that
+/// claims more than deflate could have made so small.
+constexpr std::uint64_t kMostBytes = std::uint64_t{1} << 40, kMostInflated = 1100;
 
 /// An id of the library and the function that gives it back.
 class Handle {
@@ -59,7 +62,7 @@ std::string word_of(hid_t type) {
 
 /// `read` fills a buffer in the file's own type.
 template <class Read>
-bool fill(hid_t type, hid_t space, Stored& out, Read read) {
+bool fill(hid_t type, hid_t space, std::uint64_t stored_bytes, Stored& out, Read read) {
   if (type < 0 || space < 0) return false;
   out.type = word_of(type);
   const int rank = H5Sget_simple_extent_ndims(space);
@@ -73,6 +76,7 @@ bool fill(hid_t type, hid_t space, Stored& out, Read read) {
     if (extent > 0 && bytes > kMostBytes / extent) return false;
     bytes *= extent;
   }
+  if (bytes / kMostInflated > stored_bytes) return false;
   out.bytes.assign(bytes, '\0');
   return bytes == 0 || read(type, out.bytes.data()) >= 0;
 }
@@ -81,7 +85,7 @@ bool read_dataset(hid_t file, const std::string& path, Stored& out) {
   const Handle item(H5Dopen2(file, path.c_str(), H5P_DEFAULT), H5Dclose);
   if (!item.valid()) return false;
   const Handle type(H5Dget_type(item.get()), H5Tclose), space(H5Dget_space(item.get()), H5Sclose);
-  return fill(type.get(), space.get(), out,
+  return fill(type.get(), space.get(), H5Dget_storage_size(item.get()), out,
               [&](hid_t as, void* to) { return H5Dread(item.get(), as, H5S_ALL, H5S_ALL, H5P_DEFAULT, to); });
 }
 
@@ -89,7 +93,8 @@ bool read_attribute(hid_t file, const std::string& object, const std::string& na
   const Handle item(H5Aopen_by_name(file, object.c_str(), name.c_str(), H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
   if (!item.valid()) return false;
   const Handle type(H5Aget_type(item.get()), H5Tclose), space(H5Aget_space(item.get()), H5Sclose);
-  return fill(type.get(), space.get(), out, [&](hid_t as, void* to) { return H5Aread(item.get(), as, to); });
+  return fill(type.get(), space.get(), H5Aget_storage_size(item.get()), out,
+              [&](hid_t as, void* to) { return H5Aread(item.get(), as, to); });
 }
 
 std::vector<std::string> texts_of(const Stored& stored) {
@@ -139,7 +144,28 @@ RecordReader::~RecordReader() = default;
 Result<RecordReader> RecordReader::open(const std::string& path) {
   H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
   if (::access(path.c_str(), R_OK) != 0)
-    return fail(Code::IoFailed, std::string("the record cannot be read: ") + std::strerror(errno), path);
+    return fail(errno == ENOENT || errno == ENOTDIR ? Code::BadInput : Code::IoFailed,
+                std::string("the record cannot be read: ") + std::strerror(errno), path);
+  struct stat status {};
+  if (::stat(path.c_str(), &status) != 0 || !S_ISREG(status.st_mode))
+    return fail(Code::BadInput, "is no file; a record.h5 was expected", path);
+  const auto bytes = static_cast<std::uint64_t>(status.st_size);
+  if (const auto tried = try_in_child(path, bytes, [&] { return comes_to_an_end(path); }); !tried.ok())
+    return tried.error();
+  return open_here(path);
+}
+
+/// Whatever can be read is read, so that nothing else in the file crashes later. True also when HDF5 says no: that is
+/// an answer.
+bool RecordReader::comes_to_an_end(const std::string& path) {
+  if (const auto record = open_here(path); record.ok()) {
+    (void)record->content();
+    (void)record->children("/stages");
+  }
+  return true;
+}
+
+Result<RecordReader> RecordReader::open_here(const std::string& path) {
   const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
   if (!access.valid() || H5Pset_file_locking(access.get(), false, true) < 0)
     return fail(Code::Internal, "HDF5 could not prepare to read", path);

@@ -14,7 +14,10 @@ namespace scanmill::provenance {
 /// threads at once.
 class RecordReader {
  public:
-  /// errors  IoFailed when the file cannot be opened, BadInput when it is no complete HDF5 file
+  /// The file is read as a whole in a child process first: HDF5 crashes on some damaged files.
+  /// errors  IoFailed when the file cannot be opened; BadInput when it is not there, no complete HDF5 file, or damaged
+  ///         so that HDF5 crashes
+  /// cost    reads the file twice
   static Result<RecordReader> open(const std::string& path);
   RecordReader(RecordReader&&) noexcept;
   RecordReader& operator=(RecordReader&&) = delete;
@@ -34,6 +37,8 @@ class RecordReader {
  private:
   struct Impl;
   explicit RecordReader(std::unique_ptr<Impl> impl);
+  static Result<RecordReader> open_here(const std::string& path);
+  static bool comes_to_an_end(const std::string& path);
   std::unique_ptr<Impl> impl_;
 };
 

@@ -182,12 +182,15 @@ Result<Reduction> reduce_on(const PointSource& points, const Lattice& lattice, V
 
 /// Bisection on the bin edge: occupied bins fall as the edge grows. Ends within 2 % of the wanted number or after 24
 /// trials. The edge found is rounded to three significant digits, so that it can be written into a job.
-Result<double> edge_for_bins(const PointSource& points, const Bounds& bounds, Vec3 origin, double wanted,
+Result<double> edge_for_bins(const PointSource& points, const ReadCounts& seen, Vec3 origin, double wanted,
                              const Context& context) {
+  const Bounds& bounds = seen.bounds;
   const Vec3 size = bounds.size();
   const double extent = std::max({size.x, size.y, size.z});
   if (!(extent > kLeastExtent))
-    return fail(Code::BadInput, "all points coincide; no bin edge gives the wanted number of bins");
+    return fail(Code::BadInput, (seen.points_used == 1 ? std::string("holds one point")
+                                                       : "all " + grouped(seen.points_used) + " points coincide") +
+                                    "; wanted points of a surface");
   if (!(extent < kGreatestExtent))
     return fail(Code::BadInput,
                 "the cloud is " + number_text(extent) + " mm wide; stray points far away, or wrong units");
@@ -231,7 +234,7 @@ Result<Reduction> reduce_cloud(const PointSource& points, const LatticeParams& p
     return reduce_on(points, lattice, somewhere, reduce, context);
   }
   const double wanted = params.target_bins ? *params.target_bins : *params.target_points;
-  TRY_ASSIGN(lattice.edge_mm, edge_for_bins(points, extent.bounds, lattice.origin, wanted, context));
+  TRY_ASSIGN(lattice.edge_mm, edge_for_bins(points, extent, lattice.origin, wanted, context));
   if (params.target_bins) return reduce_on(points, lattice, somewhere, reduce, context);
   // Kept points are a share of the bins that thinning decides; correct for it twice.
   double aim = wanted;
@@ -240,7 +243,7 @@ Result<Reduction> reduce_cloud(const PointSource& points, const LatticeParams& p
     const double kept = static_cast<double>(out.report.kept);
     if (round == 2 || kept == 0 || std::abs(kept / wanted - 1) < 0.03) return out;
     aim *= wanted / kept;
-    TRY_ASSIGN(lattice.edge_mm, edge_for_bins(points, extent.bounds, lattice.origin, aim, context));
+    TRY_ASSIGN(lattice.edge_mm, edge_for_bins(points, extent, lattice.origin, aim, context));
   }
 }
 

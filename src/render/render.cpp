@@ -242,10 +242,11 @@ void add_points(const Scene& scene, const Subject& s, const Projection& project,
 }
 
 std::vector<std::string> caption_of(const Subject& s, const PictureParams& params, std::uint64_t removed,
-                                    std::uint64_t outside) {
+                                    std::uint64_t removed_of, std::uint64_t outside) {
   std::vector<std::string> lines;
   if (removed > 0) {
-    lines.push_back(grouped(removed) + " removed points in red");
+    lines.push_back(grouped(removed) + (removed_of > removed ? " of " + grouped(removed_of) : "") +
+                    " removed points in red");
     if (outside > 0) lines.back() += ", " + grouped(outside) + " outside";
   }
   if (s.left_out > 0)
@@ -271,7 +272,7 @@ Result<Image> picture_of(const Scene& scene, const Subject& s, const PicturePara
   const bool nothing = extent.seen.empty();
   const std::uint64_t removed = params.style == Style::Points ? scene.removed.size() : 0;
   const std::uint64_t outside = removed > 0 ? add_removed(scene.removed, s.points_offset, extent) : 0;
-  std::vector<std::string> caption = caption_of(s, params, removed, outside);
+  std::vector<std::string> caption = caption_of(s, params, removed, scene.removed_of, outside);
   const auto lettered = [&](std::vector<std::string> message) {
     draw_axes(image, layout, extent.axes);
     draw_caption(image, layout, caption);

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+
 #include "base/text.hpp"
 #include "report/histogram.hpp"
 #include "report/html.hpp"
@@ -52,6 +54,19 @@ void add_percentiles(const Fit& fit, std::string& out) {
   row("at borders of patches", fit.patch_borders);
 }
 
+/// "vertex 251,532 (from 0)" of "vertex from 0" and the number.
+std::string row_text(const WorstPoint& p) {
+  const std::size_t from = p.row_meaning.find(" from ");
+  const std::string thing = p.row_meaning.empty() ? "row" : p.row_meaning.substr(0, from);
+  return thing + " " + grouped(p.row) + (from == std::string::npos ? "" : " (" + p.row_meaning.substr(from + 1) + ")");
+}
+
+bool same_points(const std::vector<WorstPoint>& a, const std::vector<WorstPoint>& b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const WorstPoint& x, const WorstPoint& y) {
+    return x.file == y.file && x.row == y.row && x.signed_mm == y.signed_mm && x.patch == y.patch;
+  });
+}
+
 void add_worst(const char* caption, const std::vector<WorstPoint>& points, std::string& out) {
   if (points.empty()) return;
   Table table(out, caption,
@@ -62,7 +77,7 @@ void add_worst(const char* caption, const std::vector<WorstPoint>& points, std::
                {"file and row"}});
   for (const WorstPoint& p : points)
     table.row({place(p.place), signed_figure(p.signed_mm), p.open_border ? "open border" : "interior", grouped(p.patch),
-               p.file + ", " + (p.row_meaning.empty() ? "row" : p.row_meaning) + " " + grouped(p.row)});
+               p.file + ", " + row_text(p)});
 }
 
 }  // namespace
@@ -92,7 +107,7 @@ void add_fit(const ScanReport& report, std::string& out) {
   add_distances(fit, out);
   add_percentiles(fit, out);
   add_worst("Worst points", fit.worst, out);
-  add_worst("Worst points of the interior", fit.worst_interior, out);
+  if (!same_points(fit.worst, fit.worst_interior)) add_worst("Worst points of the interior", fit.worst_interior, out);
 }
 
 }  // namespace scanmill::report

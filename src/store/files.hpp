@@ -39,8 +39,10 @@ Result<void> write_scratch(const std::string& path, std::string_view text);
 std::optional<std::uint64_t> free_space(const std::string& folder);
 
 /// All regular files below `root` (links followed, never out of `root`), relative paths with '/', in byte order; hidden
-/// ("." first) and "~" (last) files and folders are left out. `links_left` gets the links that lead out of the root.
-Result<std::vector<std::string>> list_files(const std::string& root, std::vector<std::string>* links_left = nullptr);
+/// ("." first) and "~" (last) files and folders are left out. `links_left` gets the links that lead out of the root,
+/// `others_left` what is no file: pipes, sockets, devices.
+Result<std::vector<std::string>> list_files(const std::string& root, std::vector<std::string>* links_left = nullptr,
+                                            std::vector<std::string>* others_left = nullptr);
 
 Result<void> make_folders(const std::string& path);
 /// Removes a folder and everything below it; no error when it is not there.

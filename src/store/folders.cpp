@@ -40,8 +40,8 @@ bool lies_in(const std::string& path, const std::string& root) {
 /// paths).
 class Lister {
  public:
-  Lister(std::string root, std::vector<std::string>* links_left)
-      : root_(std::move(root)), real_root_(resolved(root_)), links_left_(links_left) {}
+  Lister(std::string root, std::vector<std::string>* links_left, std::vector<std::string>* others_left)
+      : root_(std::move(root)), real_root_(resolved(root_)), links_left_(links_left), others_left_(others_left) {}
 
   Result<void> walk(const std::string& relative, std::vector<std::string>& files) {
     const std::string folder = relative.empty() ? root_ : root_ + "/" + relative;
@@ -76,12 +76,14 @@ class Lister {
       below_link_ = true;
       TRY(walk(relative, files));
       below_link_ = false;
+    } else if (others_left_ != nullptr && entry.exists(error)) {
+      others_left_->push_back(relative);
     }
     return {};
   }
 
   std::string root_, real_root_;
-  std::vector<std::string>* links_left_;
+  std::vector<std::string>*links_left_, *others_left_;
   std::vector<std::string> inside_;
   bool below_link_ = false;
 };
@@ -125,15 +127,17 @@ Result<void> swap_by_two_renames(const std::string& from, const std::string& to)
 
 }  // namespace
 
-Result<std::vector<std::string>> list_files(const std::string& root, std::vector<std::string>* links_left) {
+Result<std::vector<std::string>> list_files(const std::string& root, std::vector<std::string>* links_left,
+                                            std::vector<std::string>* others_left) {
   std::error_code error;
   const fs::file_status status = fs::status(root, error);
   if (!fs::exists(status)) return fail(Code::BadInput, "there is no such folder; check the path", root);
   if (!fs::is_directory(status)) return fail(Code::BadInput, "this is a file, wanted a folder", root);
   std::vector<std::string> files;
-  TRY(Lister(without_last_slash(root), links_left).walk("", files));
+  TRY(Lister(without_last_slash(root), links_left, others_left).walk("", files));
   std::sort(files.begin(), files.end());
-  if (links_left != nullptr) std::sort(links_left->begin(), links_left->end());
+  for (std::vector<std::string>* left : {links_left, others_left})
+    if (left != nullptr) std::sort(left->begin(), left->end());
   return files;
 }
 

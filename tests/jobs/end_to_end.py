@@ -164,7 +164,7 @@ def bad_files_are_named_and_the_others_go_on(work):
     assert sorted(os.path.dirname(p) for p in results(f"{work}/o") if p.endswith(".h5")) == ["scans/sphere/plan"]
     assert "7 failed" in text.splitlines()[-1] and "exit 3" in text.splitlines()[-1], text
     no_leftovers(f"{work}/o")
-    missing = run("mesh", f"{work}/nothere.ply", "--bin-mm", "1", "-o", f"{work}/x.stl", want=3)
+    missing = run("mesh", f"{work}/nothere.ply", "--bin-mm", "1", "-o", f"{work}/x.stl", want=2)
     assert "nothere.ply" in missing and not os.path.exists(f"{work}/x.stl"), missing
     os.makedirs(f"{work}/empty")
     none = run("run", write_job(f"{work}/none.yaml", "empty"), "--out", f"{work}/on", want=2)
@@ -295,6 +295,37 @@ def mesh_tools_agree_with_the_job(work):
         run("render", f"{swapped}/mesh.ply", "-o", f"{work}/{style}.png", "--as", style, "--width", 400, "--height", 320)
         assert open(f"{work}/{style}.png", "rb").read().startswith(b"\x89PNG")
     assert "no error per vertex" in run("render", f"{swapped}/mesh.stl", "-o", f"{work}/x.png", "--as", "error", want=3)
+
+
+def single_files_have_one_exit_code_each(work):
+    for words in (["run"], ["info"], ["audit"], ["render", "-o", f"{work}/x.png"], ["verify"], ["check"], ["replay"], ["init"],
+                  ["convert", f"{work}/x.ply"], ["simulate", "--object", "cube", "--out", f"{work}/x"]):
+        run(words[0], f"{work}/nothere", *words[1:], want=2)
+    os.makedirs(f"{work}/empty")
+    run("init", f"{work}/empty", "-o", f"{work}/e.yaml", want=2)
+    run("run", write_job(f"{work}/job.yaml", f"{work}/empty", "lattice: {bin_mm: 1}\n"), "--out", f"{work}/o", want=2)
+    with open(f"{work}/nan.xyz.ply", "w") as file:
+        file.write("ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\nproperty float z\nend_header\n"
+                   "nan nan nan\nnan 0 0\n")
+    for words in (["info"], ["render", "-o", f"{work}/x.png"], ["reduce", "--bin-mm", "1", "-o", f"{work}/x.ply"]):
+        assert "no finite point" in run(words[0], f"{work}/nan.xyz.ply", *words[1:], want=3)
+    assert not os.path.exists(f"{work}/x.png")
+
+
+def simulate_overwrites_its_own_views_only(work):
+    make_archive(f"{work}/a", ("cube",))
+    plan = f"{work}/a/cube/plan.yaml"
+    run("simulate", plan, "--object", "cube", "--out", f"{work}/a/cube", "--quiet")
+    view = next(f"{work}/a/cube/{name}" for name in sorted(os.listdir(f"{work}/a/cube")) if name.endswith(".ply"))
+    with open(view, "w") as file:
+        file.write("ply\nmeasured by hand\n")
+    assert "was not simulated" in run("simulate", plan, "--object", "cube", "--out", f"{work}/a/cube", want=2)
+    with open(plan) as file:
+        text = file.read()
+    with open(f"{work}/other.yaml", "w") as file:
+        file.write(text + "# another\n")
+    assert "another plan" in run("simulate", f"{work}/other.yaml", "--object", "cube", "--out", f"{work}/a/cube", want=2)
+    assert open(view).read() == "ply\nmeasured by hand\n"
 
 
 def gates_decide_the_exit_code(work):

@@ -178,7 +178,9 @@ TEST(ImplausibleSize, GuessesTheUnit) {
             "size 160000 x 150000 x 120000 mm cannot be; the numbers look like millimetres: set units to mm");
   EXPECT_EQ(implausible_size(huge, 1000, 500), "");  // a survey in metres
   EXPECT_EQ(implausible_size({}, 1, 1), "");
-  EXPECT_NE(implausible_size({{0, 0, 0}, {0, 0, 0}}, 1, 1).find("check units"), std::string::npos);
+  EXPECT_EQ(implausible_size({{0, 0, 0}, {0, 0, 0}}, 1, 1, 1234),
+            "all 1,234 points coincide; wanted points of a surface");
+  EXPECT_EQ(implausible_size({{0, 0, 0}, {0, 0, 0}}, 1, 0, 1), "holds one point; wanted points of a surface");
 }
 
 }  // namespace

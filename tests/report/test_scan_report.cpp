@@ -168,6 +168,16 @@ TEST(WriteScanReport, PutsTheVerdictFirst) {
   EXPECT_NE(page.find("rejected"), std::string::npos);
 }
 
+TEST(WriteScanReport, ShowsTheWorstPointsOnceWhenAllLieInTheInterior) {
+  ScanReport r = sample_report();
+  EXPECT_EQ(count_of(page_of(r), "Worst points"), 2u);
+  r.fit->worst = r.fit->worst_interior;
+  for (WorstPoint& p : r.fit->worst) p.row_meaning = "vertex from 0";
+  const std::string page = page_of(r);
+  EXPECT_EQ(count_of(page, "Worst points"), 1u);
+  EXPECT_NE(page.find("vertex 40,256 (from 0)"), std::string::npos);
+}
+
 TEST(WriteScanReport, OrdersLoopsByLength) {
   const std::string page = page_of(sample_report());
   // 57 loops of 3.3 .. 143.3 mm in steps of 2.5: the fifty longest are 143.3 .. 20.8.

@@ -138,6 +138,17 @@ TEST(ListFiles, FollowsLinksInsideTheRootOnlyAndEnds) {
   EXPECT_EQ(*files, (std::vector<std::string>{"a/x", "b/x", "link"}));
 }
 
+TEST(ListFiles, TellsOfWhatIsNoFile) {
+  const TempFolder folder;
+  folder.write("a.ply", "");
+  ASSERT_EQ(::mkfifo(folder.file("pipe.ply").c_str(), 0600), 0);
+  std::vector<std::string> others;
+  const auto files = list_files(folder.path(), nullptr, &others);
+  ASSERT_TRUE(files.ok()) << files.error().text();
+  EXPECT_EQ(*files, std::vector<std::string>{"a.ply"});
+  EXPECT_EQ(others, std::vector<std::string>{"pipe.ply"});
+}
+
 TEST(ReplaceFolder, PutsTheNewOneInPlaceAndRemovesTheOld) {
   const TempFolder folder;
   folder.write("new/mesh", "2");
