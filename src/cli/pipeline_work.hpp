@@ -28,6 +28,11 @@ class PipelineWork final : public runner::Work {
   runner::InputLook look_at(std::size_t scan) const override;
   Result<runner::Outcome> run(std::size_t scan, const document::Node& resolved, const std::string& folder,
                               const Context& context, Progress& progress) override;
+  Result<std::optional<runner::Outcome>> rewrite(std::size_t scan, const document::Node& resolved,
+                                                 const std::string& standing,
+                                                 const std::vector<runner::OutputFile>& files,
+                                                 const std::string& folder, const Context& context, Progress& progress,
+                                                 std::string& refusal) override;
   void load_hashes(std::string_view text) override { hashes_.load(text); }
   std::string save_hashes() const override { return hashes_.save(); }
   std::string save_hashes_of(std::size_t scan) const override { return hashes_.save(paths_of(scan)); }

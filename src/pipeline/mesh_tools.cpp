@@ -331,7 +331,7 @@ Result<ToolReport> verify_file(const std::string& mesh_path, const std::vector<s
   Node distances = Node::map();
   report_fit(fit, *opened.points, distances);
   report.values.set("fit", std::move(distances));
-  report.failed_gates = failed_gates(fit);
+  report.failed_gates = failed_gates(fit.gates);
   if (fit.all.percentiles && fit.all.percentiles->p50 > kFarShare * norm(quality.bounds.size()))
     report.values.set("warning",
                       "half of the points lie farther from the mesh than a tenth of its size: do units and "

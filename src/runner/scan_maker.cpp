@@ -20,6 +20,8 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
+constexpr const char* kFromRecord = "outputs changed: written again from the record";
+
 double seconds_since(Clock::time_point begin) { return std::chrono::duration<double>(Clock::now() - begin).count(); }
 
 template <class F>
@@ -99,6 +101,7 @@ bool ScanMaker::settle(const SelectedScan& scan, const Fingerprint& fingerprint,
                        ScanEntry& entry) const {
   const std::string& name = scan.task.name;
   entry.why = reasons_to_run(state, frame_.tree.scan(name), fingerprint, scan.what);
+  if (!entry.why.empty() && mesh_stands(state, fingerprint)) entry.why.push_back(kFromRecord);
   if (entry.why.empty()) {
     entry.fate = ScanFate::Unchanged;
     entry.counts = state->counts;
@@ -219,10 +222,20 @@ Result<void> ScanMaker::attempt(const SelectedScan& scan, const Fingerprint& fin
 
 Result<void> ScanMaker::fill(const SelectedScan& scan, const Fingerprint& fingerprint, const std::string& folder,
                              ScanEntry& entry, int threads, std::uint64_t memory, Progress& progress) const {
-  auto outcome = guarded(memory, [&] {
+  auto outcome = guarded(memory, [&]() -> Result<Outcome> {
     act_on_test_fault(scan.task.name);
     const ChunkLoop loop(threads);
-    return frame_.work.run(scan.number, scan.what, folder, {loop, frame_.stop.flag}, progress);
+    const Context context{loop, frame_.stop.flag};
+    const std::string standing = frame_.tree.scan(scan.task.name);
+    if (const auto state = load_state(standing); mesh_stands(state, fingerprint)) {
+      std::string refusal;
+      TRY_ASSIGN(auto again, frame_.work.rewrite(scan.number, scan.what, standing, state->outputs, folder, context,
+                                                 progress, refusal));
+      if (again) return *std::move(again);
+      std::erase(entry.why, kFromRecord);
+      entry.notes.push_back("meshed again, the earlier record is of no use: " + refusal);
+    }
+    return frame_.work.run(scan.number, scan.what, folder, context, progress);
   });
   if (!outcome) return std::move(outcome).error();
   entry.notes.insert(entry.notes.end(), outcome->notes.begin(), outcome->notes.end());
