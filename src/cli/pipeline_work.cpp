@@ -35,11 +35,22 @@ Result<runner::Archive> PipelineWork::discover(const std::string& archive, const
   return result;
 }
 
+Result<pipeline::KeyTexts> PipelineWork::keys_of(const pipeline::ScanSpec& scan, const Node& resolved) {
+  if (last_resolved_.is_map() && document::same_values(last_resolved_, resolved)) return last_keys_;
+  TRY_ASSIGN(const pipeline::What what, pipeline::what_from(resolved, scan.name));
+  pipeline::KeyTexts keys = pipeline::key_texts(what, scan.name);
+  if (what.views.empty()) {  // entries of `views` count for their scan alone
+    last_resolved_ = resolved;
+    last_keys_ = keys;
+  }
+  return keys;
+}
+
 Result<runner::Fingerprint> PipelineWork::fingerprint(std::size_t scan, const Node& resolved) {
   const pipeline::ScanSpec& spec = scans_[scan];
-  TRY_ASSIGN(const pipeline::What what, pipeline::what_from(resolved, spec.name));
+  TRY_ASSIGN(const pipeline::KeyTexts keys, keys_of(spec, resolved));
   runner::Fingerprint result;
-  TRY_ASSIGN(pipeline::ScanDigests digests, pipeline::digests_of(archive_, spec, what, hashes_));
+  TRY_ASSIGN(pipeline::ScanDigests digests, pipeline::digests_of(archive_, spec, keys, hashes_));
   result.value = std::move(digests.all);
   result.mesh = std::move(digests.mesh);
   result.versions = pipeline::stage_versions();

@@ -42,10 +42,15 @@ class PipelineWork final : public runner::Work {
   /// Description and views that are there.
   std::vector<std::string> paths_of(std::size_t scan) const;
 
+  /// Keys of the scan as text; those of the scan asked for before are kept, since most scans of a job share theirs.
+  Result<pipeline::KeyTexts> keys_of(const pipeline::ScanSpec& scan, const document::Node& resolved);
+
   pipeline::RunFrame frame_;
   std::string archive_;
   std::vector<pipeline::ScanSpec> scans_;
   pipeline::HashCache hashes_;
+  document::Node last_resolved_;
+  pipeline::KeyTexts last_keys_;
 };
 
 }  // namespace scanmill::cli

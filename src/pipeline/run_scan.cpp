@@ -100,19 +100,24 @@ std::vector<std::pair<std::string, std::string>> stage_versions() {
           {"grow", "1"}, {"optimise", "1"}, {"verify", "2"}, {"export", "2"}, {"record", "7"}, {"report", "4"}};
 }
 
-Result<ScanDigests> digests_of(const std::string& archive, const ScanSpec& scan, const What& what, HashCache& cache) {
+KeyTexts key_texts(const What& what, const std::string& scan) {
+  document::Node keys = to_document(what_for(what, scan)), late = document::Node::map();
+  for (const char* key : {"outputs", "sensor", "verify"}) {
+    if (const document::Node* value = keys.find(key)) late.set(key, *value);
+    std::erase_if(keys.entries(), [&](const document::Node::Entry& entry) { return entry.key == key; });
+  }
+  return {document::to_canonical_json(keys), document::to_canonical_json(late)};
+}
+
+Result<ScanDigests> digests_of(const std::string& archive, const ScanSpec& scan, const KeyTexts& keys,
+                               HashCache& cache) {
   Sha256 hash;
   auto line = [&](const std::string& text) {
     hash.add(std::string_view(text));
     hash.add(std::string_view("\n"));
   };
   for (const auto& [stage, version] : stage_versions()) line(stage + " " + version);
-  document::Node keys = to_document(what_for(what, scan.name)), late = document::Node::map();
-  for (const char* key : {"outputs", "sensor", "verify"}) {
-    if (const document::Node* value = keys.find(key)) late.set(key, *value);
-    std::erase_if(keys.entries(), [&](const document::Node::Entry& entry) { return entry.key == key; });
-  }
-  line(document::to_canonical_json(keys));
+  line(keys.mesh);
   line(scan.name);
   if (!scan.description.empty()) {
     TRY_ASSIGN(const HashCache::Entry entry, cache.entry_of(archive + "/" + scan.description, scan.description));
@@ -128,7 +133,7 @@ Result<ScanDigests> digests_of(const std::string& archive, const ScanSpec& scan,
   }
   ScanDigests digests;
   digests.mesh = hash.hex();
-  digests.all = sha256_hex(digests.mesh + "\n" + document::to_canonical_json(late) + "\n");
+  digests.all = sha256_hex(digests.mesh + "\n" + keys.late + "\n");
   return digests;
 }
 

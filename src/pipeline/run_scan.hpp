@@ -37,14 +37,22 @@ struct RunFrame {
 /// Names and versions of the stages in the order of the flow; a version rises when the stage's bytes change.
 std::vector<std::pair<std::string, std::string>> stage_versions();
 
-/// Digests of a scan before work: content hashes of inputs (through the cache), canonical what, stage versions.
+/// Canonical JSON of the keys of one scan.
+struct KeyTexts {
+  std::string mesh;  // all but the others
+  std::string late;  // outputs and what the mesh is judged by
+};
+KeyTexts key_texts(const What& what, const std::string& scan);
+
+/// Digests of a scan before work: content hashes of inputs (through the cache), keys, stage versions.
 struct ScanDigests {
-  std::string mesh;  // all but the outputs and what the mesh is judged by
+  std::string mesh;  // without the late keys
   std::string all;
 };
 /// errors  those of HashCache::entry_of; a file that the scan names and that is missing is no error, it counts as
 /// missing
-Result<ScanDigests> digests_of(const std::string& archive, const ScanSpec& scan, const What& what, HashCache& cache);
+Result<ScanDigests> digests_of(const std::string& archive, const ScanSpec& scan, const KeyTexts& keys,
+                               HashCache& cache);
 
 /// Reads, meshes, judges, and writes the mesh files, record.h5, preview pictures and report.html complete and synced
 /// into `folder` (exists, empty). errors  BadInput naming file and place; NoSpace, IoFailed; Cancelled
