@@ -36,11 +36,24 @@ Result<runner::Archive> PipelineWork::discover(const std::string& archive, const
   return result;
 }
 
+Result<pipeline::KeyTexts> PipelineWork::keys_of(const pipeline::ScanSpec& scan, const Node& resolved) {
+  if (last_resolved_.is_map() && document::same_values(last_resolved_, resolved)) return last_keys_;
+  TRY_ASSIGN(const pipeline::What what, pipeline::what_from(resolved, scan.name));
+  pipeline::KeyTexts keys = pipeline::key_texts(what, scan.name);
+  if (what.views.empty()) {  // entries of `views` count for their scan alone
+    last_resolved_ = resolved;
+    last_keys_ = keys;
+  }
+  return keys;
+}
+
 Result<runner::Fingerprint> PipelineWork::fingerprint(std::size_t scan, const Node& resolved) {
   const pipeline::ScanSpec& spec = scans_[scan];
-  TRY_ASSIGN(const pipeline::What what, pipeline::what_from(resolved, spec.name));
+  TRY_ASSIGN(const pipeline::KeyTexts keys, keys_of(spec, resolved));
   runner::Fingerprint result;
-  TRY_ASSIGN(result.value, pipeline::fingerprint_of(archive_, spec, what, hashes_));
+  TRY_ASSIGN(pipeline::ScanDigests digests, pipeline::digests_of(archive_, spec, keys, hashes_));
+  result.value = std::move(digests.all);
+  result.mesh = std::move(digests.mesh);
   result.versions = pipeline::stage_versions();
   const auto add = [&](const std::string& path, bool missing) -> Result<void> {
     runner::InputFile input{path, {}, 0};
@@ -85,11 +98,10 @@ runner::InputLook PipelineWork::look_at(std::size_t scan) const {
   return look;
 }
 
-Result<runner::Outcome> PipelineWork::run(std::size_t scan, const Node& resolved, const std::string& folder,
-                                          const Context& context, Progress& progress) {
-  const pipeline::ScanSpec& spec = scans_[scan];
-  TRY_ASSIGN(const pipeline::What what, pipeline::what_from(resolved, spec.name));
-  TRY_ASSIGN(pipeline::ScanResult result, pipeline::run_scan(archive_, spec, what, folder, frame_, context, progress));
+namespace {
+
+/// As the runner keeps it. Discovery's notes are known to the runner already.
+runner::Outcome outcome_of(pipeline::ScanResult result, const pipeline::ScanSpec& spec) {
   runner::Outcome outcome;
   outcome.counts.set("points_read", result.points_read);
   outcome.counts.set("points_used", result.points_used);
@@ -104,12 +116,37 @@ Result<runner::Outcome> PipelineWork::run(std::size_t scan, const Node& resolved
   outcome.counts.set("max_error_mm", result.max_error_mm);
   outcome.counts.set("rms_mm", result.rms_mm);
   outcome.failed_gates = std::move(result.failed_gates);
-  for (std::string& note : result.notes)  // discovery's notes are known to the runner already
+  for (std::string& note : result.notes)
     if (std::find(spec.notes.begin(), spec.notes.end(), note) == spec.notes.end())
       outcome.notes.push_back(std::move(note));
   outcome.record_identity = std::move(result.record_identity);
   outcome.stage_seconds = std::move(result.stage_seconds);
   return outcome;
+}
+
+}  // namespace
+
+Result<runner::Outcome> PipelineWork::run(std::size_t scan, const Node& resolved, const std::string& folder,
+                                          const Context& context, Progress& progress) {
+  const pipeline::ScanSpec& spec = scans_[scan];
+  TRY_ASSIGN(const pipeline::What what, pipeline::what_from(resolved, spec.name));
+  TRY_ASSIGN(pipeline::ScanResult result, pipeline::run_scan(archive_, spec, what, folder, frame_, context, progress));
+  return outcome_of(std::move(result), spec);
+}
+
+Result<std::optional<runner::Outcome>> PipelineWork::rewrite(std::size_t scan, const Node& resolved,
+                                                             const std::string& standing,
+                                                             const std::vector<runner::OutputFile>& files,
+                                                             const std::string& folder, const Context& context,
+                                                             Progress& progress, std::string& refusal) {
+  const pipeline::ScanSpec& spec = scans_[scan];
+  TRY_ASSIGN(const pipeline::What what, pipeline::what_from(resolved, spec.name));
+  pipeline::Previous previous{standing, {}};
+  for (const runner::OutputFile& file : files) previous.files.push_back({file.name, file.sha256});
+  TRY_ASSIGN(auto result,
+             pipeline::rewrite_scan(archive_, spec, what, previous, folder, frame_, context, progress, refusal));
+  if (!result) return std::optional<runner::Outcome>();
+  return std::optional<runner::Outcome>(outcome_of(*std::move(result), spec));
 }
 
 }  // namespace scanmill::cli

@@ -28,6 +28,11 @@ class PipelineWork final : public runner::Work {
   runner::InputLook look_at(std::size_t scan) const override;
   Result<runner::Outcome> run(std::size_t scan, const document::Node& resolved, const std::string& folder,
                               const Context& context, Progress& progress) override;
+  Result<std::optional<runner::Outcome>> rewrite(std::size_t scan, const document::Node& resolved,
+                                                 const std::string& standing,
+                                                 const std::vector<runner::OutputFile>& files,
+                                                 const std::string& folder, const Context& context, Progress& progress,
+                                                 std::string& refusal) override;
   void load_hashes(std::string_view text) override { hashes_.load(text); }
   std::string save_hashes() const override { return hashes_.save(); }
   std::string save_hashes_of(std::size_t scan) const override { return hashes_.save(paths_of(scan)); }
@@ -37,10 +42,15 @@ class PipelineWork final : public runner::Work {
   /// Description and views that are there.
   std::vector<std::string> paths_of(std::size_t scan) const;
 
+  /// Keys of the scan as text; those of the scan asked for before are kept, since most scans of a job share theirs.
+  Result<pipeline::KeyTexts> keys_of(const pipeline::ScanSpec& scan, const document::Node& resolved);
+
   pipeline::RunFrame frame_;
   std::string archive_;
   std::vector<pipeline::ScanSpec> scans_;
   pipeline::HashCache hashes_;
+  document::Node last_resolved_;
+  pipeline::KeyTexts last_keys_;
 };
 
 }  // namespace scanmill::cli

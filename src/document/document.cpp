@@ -201,4 +201,15 @@ std::string to_yaml(const Node& node) {
   return out;
 }
 
+bool same_values(const Node& a, const Node& b) {
+  if (a.is_map() && b.is_map())
+    return std::equal(
+        a.entries().begin(), a.entries().end(), b.entries().begin(), b.entries().end(),
+        [](const Node::Entry& x, const Node::Entry& y) { return x.key == y.key && same_values(x.value, y.value); });
+  if (a.is_sequence() && b.is_sequence())
+    return std::equal(a.items().begin(), a.items().end(), b.items().begin(), b.items().end(), same_values);
+  if (a.is_string() && b.is_string()) return a.as_string() == b.as_string();
+  return to_canonical_json(a) == to_canonical_json(b);
+}
+
 }  // namespace scanmill::document

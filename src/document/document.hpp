@@ -106,4 +106,7 @@ std::string to_yaml(const Node& node);
 /// "name:line:column"
 std::string place(const std::string& name, Mark mark);
 
+/// The same values, wherever they were read from.
+bool same_values(const Node& a, const Node& b);
+
 }  // namespace scanmill::document

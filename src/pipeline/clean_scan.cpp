@@ -62,14 +62,7 @@ void add_clean_counters(const CleanedScan& scan, provenance::Record& record) {
   };
   auto count = [&](const std::string& name, std::uint64_t value) { add(name, static_cast<double>(value), true); };
   const clean::RuleCounts counts = scan.cleaned->counts();
-  static constexpr const char* kNames[clean::kRules] = {"kept",
-                                                        "removed_keep_box",
-                                                        "removed_remove_box",
-                                                        "removed_on_plane",
-                                                        "removed_below_plane",
-                                                        "removed_statistical",
-                                                        "removed_component"};
-  for (std::size_t rule = 0; rule < clean::kRules; ++rule) count(kNames[rule], counts.points[rule]);
+  for (std::size_t rule = 0; rule < clean::kRules; ++rule) count(kCleanCounters[rule], counts.points[rule]);
   const clean::Rules& rules = scan.cleaned->rules();
   if (rules.plane) {
     const Vec3 &p = rules.plane->plane.point, &n = rules.plane->plane.normal;

@@ -24,6 +24,15 @@ Result<CleanedScan> clean_scan(const PointSource& points, const What& what, cons
 /// The error of a stage behind; where the rules left no point at all it says so instead.
 Error explained(Error error, const CleanedScan& scan);
 
+/// Names of the counters in the record, by clean::Rule.
+inline constexpr const char* kCleanCounters[clean::kRules] = {"kept",
+                                                              "removed_keep_box",
+                                                              "removed_remove_box",
+                                                              "removed_on_plane",
+                                                              "removed_below_plane",
+                                                              "removed_statistical",
+                                                              "removed_component"};
+
 /// Once every block has been read: sentences for the user, counters, and the inputs' numbers of points that are used.
 void add_clean_notes(const CleanedScan& scan, std::vector<std::string>& notes);
 void add_clean_counters(const CleanedScan& scan, provenance::Record& record);

@@ -109,29 +109,6 @@ class JudgedPoints final : public PointSource {
   mutable std::atomic<std::uint64_t> left_out_{0};
 };
 
-/// Of the points that were judged; a feature that is not there is told.
-Result<void> add_sections(const MeshedSurface& surface, const PointSource& points,
-                          const std::vector<verify::SectionRule>& rules, double bin_mm, const Context& context,
-                          Fit& fit) {
-  if (rules.empty()) return {};
-  verify::SectionFeatures features;
-  const auto& worst = fit.report.worst_interior.empty() ? fit.report.worst : fit.report.worst_interior;
-  if (!worst.empty()) features.worst = worst[0].place;
-  const BorderLoop* longest = nullptr;
-  for (const BorderLoop& loop : surface.loops)
-    if (!longest || loop.length_mm > longest->length_mm) longest = &loop;
-  if (longest) features.longest_loop = longest->centre;
-  for (const verify::SectionRule& rule : rules)
-    if (rule.where == verify::SectionRule::Where::Loop && !longest)
-      fit.notes.push_back("verify.sections: there is no open loop to cut through");
-  std::vector<double> magnify;
-  TRY_ASSIGN(const auto frames, verify::section_frames(surface.mesh, rules, bin_mm, features, magnify));
-  TRY_ASSIGN(fit.sections, verify::sections_of(surface.mesh, points, frames, magnify, bin_mm, context));
-  for (const Section& section : fit.sections)
-    if (section.lines.empty()) fit.notes.push_back("section " + section.frame.name + " does not meet the mesh");
-  return {};
-}
-
 }  // namespace
 
 Result<optimise::Report> optimise_surface(MeshedSurface& surface, const What& what, double bin_mm,
@@ -158,14 +135,39 @@ Result<Fit> measure_fit(const MeshedSurface& surface, const reduce::ReducedCloud
   Fit fit;
   if (surface.stray_rows.empty()) {
     TRY_ASSIGN(fit.report, verify::verify_mesh(surface.mesh, watched, terms, what.verify, context));
-    TRY(add_sections(surface, watched, what.verify.sections, terms.bin_mm, context, fit));
     return fit;
   }
   const JudgedPoints judged(watched, cloud, stray_bins(surface, cloud));
   TRY_ASSIGN(fit.report, verify::verify_mesh(surface.mesh, judged, terms, what.verify, context));
   fit.points_in_strays = judged.left_out();
-  TRY(add_sections(surface, judged, what.verify.sections, terms.bin_mm, context, fit));
   return fit;
+}
+
+Result<SectionResults> measure_sections(const MeshedSurface& surface, const reduce::ReducedCloud& cloud,
+                                        const PointSource& points, const What& what, std::optional<Vec3> worst,
+                                        const Context& context) {
+  SectionResults results;
+  const std::vector<verify::SectionRule>& rules = what.verify.sections;
+  if (rules.empty()) return results;
+  const double bin_mm = cloud.lattice.edge_mm;
+  verify::SectionFeatures features;
+  features.worst = worst;
+  const BorderLoop* longest = nullptr;
+  for (const BorderLoop& loop : surface.loops)
+    if (!longest || loop.length_mm > longest->length_mm) longest = &loop;
+  if (longest) features.longest_loop = longest->centre;
+  for (const verify::SectionRule& rule : rules)
+    if (rule.where == verify::SectionRule::Where::Loop && !longest)
+      results.notes.push_back("verify.sections: there is no open loop to cut through");
+  std::vector<double> magnify;
+  TRY_ASSIGN(const auto frames, verify::section_frames(surface.mesh, rules, bin_mm, features, magnify));
+  std::optional<JudgedPoints> judged;
+  if (!surface.stray_rows.empty()) judged.emplace(points, cloud, stray_bins(surface, cloud));
+  const PointSource& source = judged ? static_cast<const PointSource&>(*judged) : points;
+  TRY_ASSIGN(results.sections, verify::sections_of(surface.mesh, source, frames, magnify, bin_mm, context));
+  for (const Section& section : results.sections)
+    if (section.lines.empty()) results.notes.push_back("section " + section.frame.name + " does not meet the mesh");
+  return results;
 }
 
 Unmeshed unmeshed_points(const MeshedSurface& surface, const reduce::ReducedCloud& cloud) {
@@ -184,9 +186,9 @@ Unmeshed unmeshed_points(const MeshedSurface& surface, const reduce::ReducedClou
   return found;
 }
 
-std::vector<std::string> failed_gates(const verify::Report& fit) {
+std::vector<std::string> failed_gates(const std::vector<verify::Gate>& gates) {
   std::vector<std::string> list;
-  for (const verify::Gate& gate : fit.gates)
+  for (const verify::Gate& gate : gates)
     if (!gate.passed)
       list.push_back("verify." + gate.name + ": found " + number_text(gate.found) + " mm, allowed " +
                      number_text(gate.limit) + " mm");

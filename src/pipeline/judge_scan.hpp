@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The finished mesh, swapped and judged.
 #pragma once
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -23,15 +24,23 @@ Result<optimise::Report> optimise_surface(MeshedSurface& surface, const What& wh
 struct Fit {
   verify::Report report;
   std::uint64_t points_in_strays = 0;  // in bins of dropped pieces: listed with these, not judged
-  std::vector<Section> sections;       // those the job asks for
-  std::vector<std::string> notes;      // of sections that could not be had
 };
 
-/// Distances of the points that were reduced, with the errors of each vertex's own bin, and the sections of the job. A
-/// piece that was dropped says nothing about the mesh, so the points of its bins, and of bins within two of it that no
-/// vertex is as near to, are counted apart.
+/// Distances of the points that were reduced, with the errors of each vertex's own bin. A piece that was dropped says
+/// nothing about the mesh, so the points of its bins, and of bins within two of it that no vertex is as near to, are
+/// counted apart.
 Result<Fit> measure_fit(const MeshedSurface& surface, const reduce::ReducedCloud& cloud, const PointSource& points,
                         const What& what, const Context& context, Progress& progress);
+
+struct SectionResults {
+  std::vector<Section> sections;   // those the job asks for
+  std::vector<std::string> notes;  // of those that could not be had
+};
+
+/// Cuts the mesh where the job says, with the same points as measure_fit. `worst`: where the fit is worst.
+Result<SectionResults> measure_sections(const MeshedSurface& surface, const reduce::ReducedCloud& cloud,
+                                        const PointSource& points, const What& what, std::optional<Vec3> worst,
+                                        const Context& context);
 
 /// Points in bins that have no vertex within two bins and belong to no dropped piece: no triangle reaches them.
 struct Unmeshed {
@@ -42,6 +51,6 @@ struct Unmeshed {
 Unmeshed unmeshed_points(const MeshedSurface& surface, const reduce::ReducedCloud& cloud);
 
 /// One sentence per gate that failed.
-std::vector<std::string> failed_gates(const verify::Report& fit);
+std::vector<std::string> failed_gates(const std::vector<verify::Gate>& gates);
 
 }  // namespace scanmill::pipeline

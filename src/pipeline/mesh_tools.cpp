@@ -334,7 +334,7 @@ Result<ToolReport> verify_file(const std::string& mesh_path, const std::vector<s
   Node distances = Node::map();
   report_fit(fit, *opened.points, what.lattice.bin_mm ? "bin_mm" : "median_edge_mm", distances);
   report.values.set("fit", std::move(distances));
-  report.failed_gates = failed_gates(fit);
+  report.failed_gates = failed_gates(fit.gates);
   const double far = fit.all.percentiles ? fit.all.percentiles->p50 / norm(quality.bounds.size()) : 0;
   const std::string unit = unit_hint(quality.bounds, bounded.bounds(), opened.points->units_mm());
   if (far > kOffShare && !unit.empty())

@@ -1,67 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipeline/run_scan.hpp"
 
-#include <chrono>
 #include <cmath>
-#include <mutex>
 
 #include "base/digest.hpp"
 #include "base/text.hpp"
-#include "pipeline/bin_files.hpp"
 #include "pipeline/clean_scan.hpp"
 #include "pipeline/density.hpp"
+#include "pipeline/finish_scan.hpp"
 #include "pipeline/judge_scan.hpp"
-#include "pipeline/mesh_files.hpp"
-#include "pipeline/scan_page.hpp"
 #include "pipeline/scan_pictures.hpp"
 #include "pipeline/scan_points.hpp"
 #include "pipeline/scan_record.hpp"
-#include "pipeline/section_files.hpp"
 #include "pipeline/surface.hpp"
 #include "pipeline/watched_points.hpp"
-#include "store/files.hpp"
 
 namespace scanmill::pipeline {
 namespace {
 
-/// Wall seconds of each stage, for run.json only.
-class StageClock {
- public:
-  explicit StageClock(std::vector<std::pair<std::string, double>>& out) : out_(out), last_(Clock::now()) {}
-  void lap(const char* stage) {
-    const auto now = Clock::now();
-    out_.push_back({stage, std::chrono::duration<double>(now - last_).count()});
-    last_ = now;
-  }
-
- private:
-  using Clock = std::chrono::steady_clock;
-  std::vector<std::pair<std::string, double>>& out_;
-  Clock::time_point last_;
-};
-
-/// Times the stages that a function tells of under the names it tells them by.
-class TimedStages final : public Progress {
- public:
-  TimedStages(StageClock& clock, Progress& onward) : clock_(clock), onward_(onward) {}
-  void stage(std::string_view name, std::uint64_t done, std::uint64_t total) override {
-    {
-      const std::lock_guard guard(mutex_);
-      if (name != name_) {
-        if (!name_.empty()) clock_.lap(name_.c_str());
-        name_ = name;
-      }
-    }
-    onward_.stage(name, done, total);
-  }
-  void end() { clock_.lap(name_.c_str()); }
-
- private:
-  StageClock& clock_;
-  Progress& onward_;
-  std::mutex mutex_;
-  std::string name_;
-};
+using provenance::NoteKind;
 
 /// Stages do not know files: an error without a place gets the file that stands for the scan.
 Error name_file(Error error, const ScanSpec& scan) {
@@ -98,12 +55,12 @@ void add_notes(const MeshedSurface& surface, const reduce::Report& report, const
         " mm");
 }
 
-std::vector<std::string> coverage_warnings(const ScanResults& all) {
+std::vector<std::string> coverage_warnings(const ScanResults& all, const Unmeshed& off) {
   std::vector<std::string> list;
   const reduce::ReducedCloud& cloud = all.reduction.cloud;
   if (std::string note = fine_bins_note(cloud); !note.empty()) list.push_back(std::move(note));
-  if (std::string note = coverage_note(all.fit.points_near, all.reduction.report.points_used,
-                                       unmeshed_points(all.surface, cloud), cloud, all.what.seeds.cover);
+  if (std::string note =
+          coverage_note(all.fit.points_near, all.reduction.report.points_used, off, cloud, all.what.seeds.cover);
       !note.empty())
     list.push_back(std::move(note));
   return list;
@@ -119,8 +76,7 @@ std::string beyond_the_farthest(const verify::Report& fit, std::uint64_t points)
 }
 
 /// Where the mesh stands for nearly all points, but not for some.
-void add_unmeshed_note(const ScanResults& all, std::vector<std::string>& notes) {
-  const Unmeshed off = unmeshed_points(all.surface, all.reduction.cloud);
+void add_unmeshed_note(const ScanResults& all, const Unmeshed& off, std::vector<std::string>& notes) {
   if (off.points == 0) return;
   const std::string points = counted(off.points, "input point") + " in " + counted(off.bins, "bin");
   const std::string place = std::string(off.points == 1 ? "is" : "are") + " on no triangle, first near " +
@@ -133,22 +89,48 @@ void add_unmeshed_note(const ScanResults& all, std::vector<std::string>& notes) 
     notes.push_back(points + ", where no given seed reaches (seeds.cover: false) or in bare surroundings, " + place);
 }
 
+/// What cleaning, meshing and judging have to say.
+void add_findings(const ScanResults& all, NoteList& notes) {
+  std::vector<std::string> found;
+  add_clean_notes(all.cleaned, found);
+  add_notes(all.surface, all.reduction.report, all.surface.mesh, found);
+  if (all.points_in_strays > 0)
+    found.push_back(counted(all.points_in_strays, "input point") + (all.points_in_strays == 1 ? " lies" : " lie") +
+                    " in dropped components and " + (all.points_in_strays == 1 ? "is" : "are") +
+                    " not part of the fit error");
+  notes.add(std::move(found));
+  const Unmeshed off = unmeshed_points(all.surface, all.reduction.cloud);
+  std::vector<std::string> warnings = coverage_warnings(all, off), unmeshed;
+  if (warnings.empty()) add_unmeshed_note(all, off, unmeshed);
+  notes.add(std::move(warnings), NoteKind::Warning);
+  notes.add(std::move(unmeshed));
+}
+
 }  // namespace
 
 std::vector<std::pair<std::string, std::string>> stage_versions() {
   return {{"read", "3"}, {"clean", "1"},    {"reduce", "2"}, {"stars", "2"},  {"front", "1"},  {"merge", "2"},
-          {"grow", "1"}, {"optimise", "1"}, {"verify", "2"}, {"export", "2"}, {"record", "6"}, {"report", "3"}};
+          {"grow", "1"}, {"optimise", "1"}, {"verify", "2"}, {"export", "2"}, {"record", "7"}, {"report", "4"}};
 }
 
-Result<std::string> fingerprint_of(const std::string& archive, const ScanSpec& scan, const What& what,
-                                   HashCache& cache) {
+KeyTexts key_texts(const What& what, const std::string& scan) {
+  document::Node keys = to_document(what_for(what, scan)), late = document::Node::map();
+  for (const char* key : {"outputs", "sensor", "verify"}) {
+    if (const document::Node* value = keys.find(key)) late.set(key, *value);
+    std::erase_if(keys.entries(), [&](const document::Node::Entry& entry) { return entry.key == key; });
+  }
+  return {document::to_canonical_json(keys), document::to_canonical_json(late)};
+}
+
+Result<ScanDigests> digests_of(const std::string& archive, const ScanSpec& scan, const KeyTexts& keys,
+                               HashCache& cache) {
   Sha256 hash;
   auto line = [&](const std::string& text) {
     hash.add(std::string_view(text));
     hash.add(std::string_view("\n"));
   };
   for (const auto& [stage, version] : stage_versions()) line(stage + " " + version);
-  line(document::to_canonical_json(to_document(what_for(what, scan.name))));
+  line(keys.mesh);
   line(scan.name);
   if (!scan.broken.empty()) line("broken: " + scan.broken);  // mended elsewhere, perhaps: another scan's name
   if (!scan.description.empty()) {
@@ -163,7 +145,10 @@ Result<std::string> fingerprint_of(const std::string& archive, const ScanSpec& s
     TRY_ASSIGN(const HashCache::Entry entry, cache.entry_of(archive + "/" + view.path, view.path));
     line(view.path + " " + entry.sha256);
   }
-  return hash.hex();
+  ScanDigests digests;
+  digests.mesh = hash.hex();
+  digests.all = sha256_hex(digests.mesh + "\n" + keys.late + "\n");
+  return digests;
 }
 
 Result<ScanResult> run_scan(const std::string& archive, const ScanSpec& scan, const What& what,
@@ -171,12 +156,13 @@ Result<ScanResult> run_scan(const std::string& archive, const ScanSpec& scan, co
                             Progress& progress) {
   ScanResult result;
   result.name = scan.name;
-  result.notes = scan.notes;
+  NoteList notes;
+  notes.add(scan.notes, NoteKind::Archive);
   StageClock clock(result.stage_seconds);
 
   TRY_ASSIGN(const auto points, ScanPoints::open(archive, scan, what.units_mm, what.format));
   for (const OpenView& view : points->views())
-    for (const std::string& note : view.header.notes) result.notes.push_back(view.path + ": " + note);
+    for (const std::string& note : view.header.notes) notes.add({view.path + ": " + note});
   clock.lap("open");
 
   auto clean = clean_scan(*points, what, context, progress);
@@ -187,7 +173,9 @@ Result<ScanResult> run_scan(const std::string& archive, const ScanSpec& scan, co
   const WatchedPoints watched(*cleaned.points, "reduce", progress);
   auto reduced = reduce::reduce_cloud(watched, what.lattice, what.reduce, context);
   if (!reduced.ok()) return name_file(explained(std::move(reduced).error(), cleaned), scan);
-  if (auto seen = points->check_bands(result.notes); !seen.ok()) return name_file(std::move(seen).error(), scan);
+  std::vector<std::string> found;
+  if (auto seen = points->check_bands(found); !seen.ok()) return name_file(std::move(seen).error(), scan);
+  notes.add(std::move(found));
   reduce::Reduction reduction = std::move(reduced).value();
   const reduce::Report& report = reduction.report;
   if (std::string problem = implausible_size(report.bounds, points->units_mm(), report.bin_mm, report.points_used);
@@ -198,8 +186,7 @@ Result<ScanResult> run_scan(const std::string& archive, const ScanSpec& scan, co
   TimedStages timed(clock, progress);
   auto meshed = mesh_surface(reduction.cloud, report.bounds, what, context, timed);
   if (!meshed.ok()) return name_file(std::move(meshed).error(), scan);
-  ScanResults all{archive, scan, what, *points, cleaned, std::move(reduction), std::move(meshed).value(), {}, {}, {},
-                  0,       {},   {},   {},      {}};
+  ScanResults all{archive, scan, what, *points, cleaned, std::move(reduction), std::move(meshed).value()};
   MeshedSurface& surface = all.surface;
   timed.end();
 
@@ -209,65 +196,23 @@ Result<ScanResult> run_scan(const std::string& archive, const ScanSpec& scan, co
   TRY_ASSIGN(Fit fit, measure_fit(surface, all.reduction.cloud, *cleaned.points, what, context, progress));
   all.fit = std::move(fit.report);
   all.points_in_strays = fit.points_in_strays;
-  all.sections = std::move(fit.sections);
-  result.notes.insert(result.notes.end(), fit.notes.begin(), fit.notes.end());
-  result.failed_gates = failed_gates(all.fit);
   clock.lap("verify");
+  const auto& farthest = all.fit.worst_interior.empty() ? all.fit.worst : all.fit.worst_interior;
+  const std::optional<Vec3> worst = farthest.empty() ? std::nullopt : std::optional<Vec3>(farthest[0].place);
+  FinishedScan finished;
+  TRY_ASSIGN(finished.sections, measure_sections(surface, all.reduction.cloud, *cleaned.points, what, worst, context));
+  if (!finished.sections.sections.empty()) clock.lap("sections");
 
-  progress.stage("export", 0, 0);
-  for (const Output& output : what.outputs) {
-    if (output.format == "vdb") {
-      TRY_ASSIGN(WrittenFile bins, write_bins_file(all.reduction.cloud, folder + "/" + file_name_of(output)));
-      all.outputs.push_back(std::move(bins));
-      continue;
-    }
-    TRY_ASSIGN(WrittenFile file, write_mesh_file(surface.mesh, output, vertex_errors(all.fit),
-                                                 folder + "/" + file_name_of(output), all.reduction.report.bin_mm));
-    result.notes.insert(result.notes.end(), file.notes.begin(), file.notes.end());
-    all.outputs.push_back(std::move(file));
-  }
-  TRY_ASSIGN(std::vector<WrittenFile> sheets, write_section_files(all.sections, folder));
-  for (WrittenFile& sheet : sheets) all.outputs.push_back(std::move(sheet));
-  clock.lap("export");
-
-  add_clean_notes(cleaned, result.notes);
-  add_notes(surface, all.reduction.report, surface.mesh, result.notes);
-  if (all.points_in_strays > 0)
-    result.notes.push_back(counted(all.points_in_strays, "input point") +
-                           (all.points_in_strays == 1 ? " lies" : " lie") + " in dropped components and " +
-                           (all.points_in_strays == 1 ? "is" : "are") + " not part of the fit error");
-  all.warnings = coverage_warnings(all);
-  result.notes.insert(result.notes.end(), all.warnings.begin(), all.warnings.end());
-  if (all.warnings.empty()) add_unmeshed_note(all, result.notes);
-  all.notes = result.notes;
+  add_findings(all, notes);
+  all.notes = std::move(notes);
   TRY_ASSIGN(all.digests, points->digests(context));
   TRY(points->verify_unchanged());
-  TRY_ASSIGN(const provenance::Record record, record_of(all));
-  TRY_ASSIGN(result.record_identity, provenance::write_record(record, folder + "/record.h5"));
-  clock.lap("record");
-
-  TRY_ASSIGN(auto pictures, write_pictures(all, folder, context, progress));
-  clock.lap("pictures");
-  TRY_ASSIGN(auto sections, draw_sections(all, folder));
-  PageFrame page{frame.job, frame.tool, result.record_identity, frame.date, result.stage_seconds};
-  TRY_ASSIGN(auto sink, store::create_file(folder + "/report.html"));
-  TRY(report::write_scan_report(page_of(all, std::move(pictures), std::move(sections), page), *sink));
-  TRY(sink->commit());
-  clock.lap("report");
-
-  const reduce::Report& counts = all.reduction.report;
-  result.points_read = counts.points_read;
-  result.points_used = counts.points_used;
-  result.points_meshed = all.fit.points_near;
-  result.bins = counts.bins;
-  result.kept = counts.kept;
-  result.max_error_mm = all.fit.all.max_mm;
-  result.rms_mm = all.fit.all.rms_mm;
-  result.vertices = surface.mesh.positions.size();
-  result.triangles = surface.mesh.triangles.size();
-  result.boundary_loops = surface.loops.size();
-  result.patches = surface.patches.patches.size();
-  result.strays = surface.strays.size();
+  TRY_ASSIGN(finished.record, record_of(all));
+  finished.quality = std::move(all.quality);
+  finished.cloud = &all.reduction.cloud;
+  clock.lap("hash inputs");
+  const auto draw = [&] { return write_pictures(all, folder, context, progress); };
+  TRY(finish_scan(finished, what, frame, folder, draw, clock, progress, result));
   return result;
 }
 

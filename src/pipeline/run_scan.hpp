@@ -2,7 +2,9 @@
 // One scan from its files to mesh and record: load, call the stages, save.
 #pragma once
 #include <cstdint>
+#include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -35,16 +37,46 @@ struct RunFrame {
 /// Names and versions of the stages in the order of the flow; a version rises when the stage's bytes change.
 std::vector<std::pair<std::string, std::string>> stage_versions();
 
-/// Fingerprint of a scan before work: content hashes of inputs (through the cache), canonical what, stage versions.
+/// Canonical JSON of the keys of one scan.
+struct KeyTexts {
+  std::string mesh;  // all but the others
+  std::string late;  // outputs and what the mesh is judged by
+};
+KeyTexts key_texts(const What& what, const std::string& scan);
+
+/// Digests of a scan before work: content hashes of inputs (through the cache), keys, stage versions.
+struct ScanDigests {
+  std::string mesh;  // without the late keys
+  std::string all;
+};
 /// errors  those of HashCache::entry_of; a file that the scan names and that is missing is no error, it counts as
 /// missing
-Result<std::string> fingerprint_of(const std::string& archive, const ScanSpec& scan, const What& what,
-                                   HashCache& cache);
+Result<ScanDigests> digests_of(const std::string& archive, const ScanSpec& scan, const KeyTexts& keys,
+                               HashCache& cache);
 
 /// Reads, meshes, judges, and writes the mesh files, record.h5, preview pictures and report.html complete and synced
 /// into `folder` (exists, empty). errors  BadInput naming file and place; NoSpace, IoFailed; Cancelled
 Result<ScanResult> run_scan(const std::string& archive, const ScanSpec& scan, const What& what,
                             const std::string& folder, const RunFrame& frame, const Context& context,
                             Progress& progress);
+
+/// A committed result of the same mesh (ScanDigests::mesh).
+struct Previous {
+  struct File {
+    std::string name, sha256;
+  };
+  std::string folder;
+  std::vector<File> files;
+  const File* find(std::string_view name) const;
+};
+
+/// The same files, byte for byte, but for the run line of the report: mesh, patches and figures come from the record of
+/// `previous`, pictures are taken over. Inputs are read only for sections and for outputs that hold bins; nothing is
+/// meshed. `refusal` and no result when the earlier files are not what was written: then nothing is in `folder`.
+/// errors  those of run_scan
+Result<std::optional<ScanResult>> rewrite_scan(const std::string& archive, const ScanSpec& scan, const What& what,
+                                               const Previous& previous, const std::string& folder,
+                                               const RunFrame& frame, const Context& context, Progress& progress,
+                                               std::string& refusal);
 
 }  // namespace scanmill::pipeline

@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "pipeline/finish_scan.hpp"
 #include "pipeline/scan_results.hpp"
 #include "report/scan_report.hpp"
 
@@ -16,7 +17,9 @@ struct PageFrame {
   std::vector<std::pair<std::string, double>> stage_seconds;
 };
 
-report::ScanReport page_of(const ScanResults& results, std::vector<report::Picture> pictures,
-                           std::vector<report::SectionRow> sections, const PageFrame& frame);
+/// Says what the record says. `files`: the outputs beside it.
+report::ScanReport page_of(const FinishedScan& scan, const What& what, const std::vector<WrittenFile>& files,
+                           std::vector<report::Picture> pictures, std::vector<report::SectionRow> sections,
+                           const PageFrame& frame);
 
 }  // namespace scanmill::pipeline

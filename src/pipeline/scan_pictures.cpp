@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipeline/scan_pictures.hpp"
 
+#include <algorithm>
+#include <iterator>
 #include <limits>
 
 #include "render/render.hpp"
@@ -10,15 +12,30 @@ namespace scanmill::pipeline {
 namespace {
 
 constexpr std::int64_t kWidth = 640, kHeight = 480;
+constexpr std::uint64_t kMostBytes = 64 << 20;
 
-Result<report::Picture> draw(const render::Scene& scene, render::Style style, const std::string& caption,
-                             const std::string& path, const Context& context) {
+struct Kind {
+  const char* file;
+  const char* caption;
+  render::Style style;
+};
+/// In the order of the report; the last only where clean rules took points.
+constexpr Kind kShaded{"preview-shaded.png", "shaded, isometric; inside orange, open edges red", render::Style::Shaded};
+constexpr Kind kError{"preview-error.png", "fit error of each vertex's bin, isometric", render::Style::Error};
+constexpr Kind kPatches{"preview-patches.png", "patches with their seeds, isometric", render::Style::Patches};
+constexpr Kind kRemoved{"preview-removed.png", "what was kept, and in red what the clean rules removed",
+                        render::Style::Points};
+constexpr const Kind* kKinds[] = {&kShaded, &kError, &kPatches, &kRemoved};
+
+Result<report::Picture> draw(const render::Scene& scene, const Kind& kind, const std::string& folder,
+                             const Context& context) {
+  const std::string path = folder + "/" + kind.file;
   render::PictureParams params;
-  params.style = style;
+  params.style = kind.style;
   params.width = kWidth;
   params.height = kHeight;
   TRY_ASSIGN(const render::Image image, render::render(scene, params, context));
-  report::Picture picture{{}, caption, static_cast<int>(kWidth), static_cast<int>(kHeight)};
+  report::Picture picture{{}, kind.caption, static_cast<int>(kWidth), static_cast<int>(kHeight)};
   const auto sink = memory_sink(path, picture.png);
   TRY(render::write_png(image, *sink));
   TRY(sink->commit());
@@ -38,9 +55,8 @@ Result<std::vector<report::Picture>> write_pictures(const ScanResults& results, 
   std::vector<Vec3> seeds;
   for (const grow::Patch& patch : results.surface.patches.patches) seeds.push_back(patch.seed);
   std::vector<report::Picture> pictures;
-  auto add = [&](const render::Scene& scene, render::Style style, const char* name,
-                 const char* caption) -> Result<void> {
-    TRY_ASSIGN(report::Picture picture, draw(scene, style, caption, folder + "/preview-" + name + ".png", context));
+  auto add = [&](const render::Scene& scene, const Kind& kind) -> Result<void> {
+    TRY_ASSIGN(report::Picture picture, draw(scene, kind, folder, context));
     pictures.push_back(std::move(picture));
     return {};
   };
@@ -48,9 +64,7 @@ Result<std::vector<report::Picture>> write_pictures(const ScanResults& results, 
   scene.mesh = &mesh;
   scene.vertex_error = errors;
   scene.seeds = seeds;
-  TRY(add(scene, render::Style::Shaded, "shaded", "shaded, isometric; inside orange, open edges red"));
-  TRY(add(scene, render::Style::Error, "error", "fit error of each vertex's bin, isometric"));
-  TRY(add(scene, render::Style::Patches, "patches", "patches with their seeds, isometric"));
+  for (const Kind* kind : {&kShaded, &kError, &kPatches}) TRY(add(scene, *kind));
   if (!results.cleaned.cleaned) return pictures;
   std::vector<Vec3> removed;
   for (const clean::RemovedPoint& point : results.cleaned.cleaned->removed_sample()) removed.push_back(point.position);
@@ -59,7 +73,25 @@ Result<std::vector<report::Picture>> write_pictures(const ScanResults& results, 
   points.mesh = &mesh;
   points.removed = removed;
   points.removed_of = results.cleaned.cleaned->counts().removed();
-  TRY(add(points, render::Style::Points, "removed", "what was kept, and in red what the clean rules removed"));
+  TRY(add(points, kRemoved));
+  return pictures;
+}
+
+bool is_picture(std::string_view name) {
+  return std::any_of(std::begin(kKinds), std::end(kKinds), [&](const Kind* kind) { return kind->file == name; });
+}
+
+Result<std::vector<report::Picture>> copy_pictures(const Previous& previous, const std::string& folder) {
+  std::vector<report::Picture> pictures;
+  for (const Kind* kind : kKinds) {
+    if (!previous.find(kind->file)) continue;
+    const std::string path = previous.folder + "/" + kind->file;
+    TRY_ASSIGN(const auto source, store::open_file(path, path));
+    report::Picture& picture =
+        pictures.emplace_back(report::Picture{{}, kind->caption, static_cast<int>(kWidth), static_cast<int>(kHeight)});
+    TRY_ASSIGN(picture.png, read_all(*source, kMostBytes));
+    TRY(store::write_text(folder + "/" + kind->file, picture.png));
+  }
   return pictures;
 }
 

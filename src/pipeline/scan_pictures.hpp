@@ -2,11 +2,13 @@
 // The pictures of a finished scan.
 #pragma once
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "base/context.hpp"
 #include "base/progress.hpp"
 #include "base/result.hpp"
+#include "pipeline/run_scan.hpp"
 #include "pipeline/scan_results.hpp"
 #include "report/scan_report.hpp"
 
@@ -16,5 +18,11 @@ namespace scanmill::pipeline {
 /// preview-removed.png into `folder`; the same pictures for the report.
 Result<std::vector<report::Picture>> write_pictures(const ScanResults& results, const std::string& folder,
                                                     const Context& context, Progress& progress);
+
+/// Whether write_pictures gives this name to a file.
+bool is_picture(std::string_view name);
+
+/// The pictures of an earlier result of the same mesh, copied into `folder`.
+Result<std::vector<report::Picture>> copy_pictures(const Previous& previous, const std::string& folder);
 
 }  // namespace scanmill::pipeline

@@ -14,15 +14,6 @@ using provenance::Record;
 
 constexpr std::uint64_t kLongestDescription = 64 << 20;
 
-Result<void> add_description(const std::string& archive, const ScanSpec& scan, Record& record) {
-  if (scan.description.empty()) return {};
-  TRY_ASSIGN(const auto source, store::open_file(archive + "/" + scan.description, scan.description));
-  TRY_ASSIGN(record.description_text, read_all(*source, kLongestDescription));
-  record.description_path = scan.description;
-  record.description_sha256 = sha256_hex(record.description_text);
-  return {};
-}
-
 /// Of the rows as the file holds them: a left-handed frame has its z negated.
 std::array<double, 16> matrix_of(const Pose& pose, bool mirrored) {
   std::array<double, 16> m = pose.matrix();
@@ -81,6 +72,7 @@ void add_surface(const MeshedSurface& surface, Record& record) {
   record.patch_borders = surface.borders;
   record.growth_rank = surface.patches.rank;
   record.loops = surface.loops;
+  record.stray_rows = surface.stray_rows;
   for (const merge::Stray& stray : surface.strays)
     record.strays.push_back(
         {stray.triangles, stray.vertices, (stray.bounds.low + stray.bounds.high) * 0.5, stray.bounds.size()});
@@ -194,6 +186,8 @@ void add_fit_counters(const verify::Quality& quality, const verify::Report& fit,
     add(name + "rms_mm", d.rms_mm);
     add(name + "mean_mm", d.mean_mm);
     add(name + "signed_mean_mm", d.signed_mean_mm);
+    add(name + "above_mm", d.above_mm);
+    add(name + "below_mm", d.below_mm);
     if (!d.percentiles) return;
     add(name + "p50_mm", d.percentiles->p50);
     add(name + "p90_mm", d.percentiles->p90);
@@ -211,6 +205,24 @@ void add_fit_counters(const verify::Quality& quality, const verify::Report& fit,
   count("triangles_with_points", fit.coverage.triangles_near);
 }
 
+void add_distances(const verify::Report& fit, Record& record) {
+  for (const verify::PatchFigures& patch : fit.patches) {
+    const verify::DistanceFigures& d = patch.distances;
+    record.patch_fits.push_back(
+        {patch.patch, d.count, d.max_mm, d.rms_mm, d.mean_mm, d.signed_mean_mm, d.above_mm, d.below_mm});
+  }
+  auto worst_of = [](const std::vector<verify::WorstPoint>& from) {
+    std::vector<provenance::WorstEntry> to;
+    for (const verify::WorstPoint& w : from) to.push_back({w.place, w.signed_mm, w.source, w.patch, w.open_border});
+    return to;
+  };
+  record.worst = worst_of(fit.worst);
+  record.worst_interior = worst_of(fit.worst_interior);
+  record.histogram.push_back(fit.histogram.below);
+  record.histogram.insert(record.histogram.end(), fit.histogram.counts.begin(), fit.histogram.counts.end());
+  record.histogram.push_back(fit.histogram.above);
+}
+
 /// Versions of the stages that this engine runs.
 std::vector<std::pair<std::string, std::string>> stage_versions_of(Engine engine) {
   auto versions = stage_versions();
@@ -225,10 +237,18 @@ std::vector<std::string> drop_names() {
   return {"kept", "too few points", "isolated", "centre distance (c1)", "neighbour distance (c2)"};
 }
 
+Result<void> add_description(const std::string& archive, const ScanSpec& scan, Record& record) {
+  if (scan.description.empty()) return {};
+  TRY_ASSIGN(const auto source, store::open_file(archive + "/" + scan.description, scan.description));
+  TRY_ASSIGN(record.description_text, read_all(*source, kLongestDescription));
+  record.description_path = scan.description;
+  record.description_sha256 = sha256_hex(record.description_text);
+  return {};
+}
+
 Result<Record> record_of(const ScanResults& results) {
   Record record;
   record.scan = results.scan.name;
-  record.what_json = document::to_canonical_json(to_document(what_for(results.what, results.scan.name)));
   TRY(add_description(results.archive, results.scan, record));
   add_inputs(results.points, results.digests, record);
   add_reduced(results.reduction, record);
@@ -241,12 +261,38 @@ Result<Record> record_of(const ScanResults& results) {
   add_swap_counters(results.swaps, record);
   add_fit_counters(results.quality, results.fit, record);
   record.counters.push_back({"verify", "points_in_strays", static_cast<double>(results.points_in_strays), true});
-  record.sections = results.sections;
-  record.notes = results.notes;
+  add_distances(results.fit, record);
+  record.notes = results.notes.texts;
+  record.note_kinds = results.notes.kinds;
   record.stage_versions = stage_versions_of(results.what.grow.engine);
   record.stl_header = exporting::stl_header(results.surface.mesh.offset);
-  for (const WrittenFile& file : results.outputs) record.outputs.push_back({file.name, file.sha256});
   return record;
+}
+
+namespace {
+const provenance::Counter* counter_of(const Record& record, std::string_view stage, std::string_view name) {
+  for (const provenance::Counter& counter : record.counters)
+    if (counter.name == name && counter.stage == stage) return &counter;
+  return nullptr;
+}
+}  // namespace
+
+double figure(const Record& record, std::string_view stage, std::string_view name) {
+  const provenance::Counter* counter = counter_of(record, stage, name);
+  return counter ? counter->value : 0;
+}
+
+std::uint64_t count(const Record& record, std::string_view stage, std::string_view name) {
+  return static_cast<std::uint64_t>(figure(record, stage, name));
+}
+
+bool has_figure(const Record& record, std::string_view stage, std::string_view name) {
+  return counter_of(record, stage, name) != nullptr;
+}
+
+void set_figure(Record& record, std::string_view stage, std::string_view name, double value) {
+  for (provenance::Counter& counter : record.counters)
+    if (counter.name == name && counter.stage == stage) counter.value = value;
 }
 
 }  // namespace scanmill::pipeline

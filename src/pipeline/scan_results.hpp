@@ -24,6 +24,16 @@ struct WrittenFile {
   std::vector<std::string> notes{};  // what its reader should know
 };
 
+/// Sentences for the user with where they come from.
+struct NoteList {
+  std::vector<std::string> texts;
+  std::vector<provenance::NoteKind> kinds;
+  void add(std::vector<std::string> notes, provenance::NoteKind kind = provenance::NoteKind::Finding) {
+    kinds.insert(kinds.end(), notes.size(), kind);
+    for (std::string& note : notes) texts.push_back(std::move(note));
+  }
+};
+
 struct ScanResults {
   const std::string& archive;
   const ScanSpec& scan;
@@ -32,15 +42,12 @@ struct ScanResults {
   const CleanedScan& cleaned;
   reduce::Reduction reduction;
   MeshedSurface surface;
-  optimise::Report swaps;
-  verify::Quality quality;
-  verify::Report fit;
+  optimise::Report swaps{};
+  verify::Quality quality{};
+  verify::Report fit{};
   std::uint64_t points_in_strays = 0;  // not judged
-  std::vector<std::string> digests;    // SHA-256 of each view of `points`
-  std::vector<std::string> notes;
-  std::vector<std::string> warnings;  // of the notes: what puts the result in doubt
-  std::vector<WrittenFile> outputs;   // the mesh files and those of sections
-  std::vector<Section> sections{};
+  std::vector<std::string> digests{};  // SHA-256 of each view of `points`
+  NoteList notes{};
 };
 
 }  // namespace scanmill::pipeline

@@ -47,10 +47,10 @@ Result<std::vector<WrittenFile>> write_section_files(const std::vector<Section>&
   return files;
 }
 
-Result<std::vector<report::SectionRow>> draw_sections(const ScanResults& results, const std::string& folder) {
+Result<std::vector<report::SectionRow>> draw_sections(const std::vector<Section>& sections, const std::string& folder) {
   std::vector<report::SectionRow> rows;
-  for (std::size_t n = 0; n < results.sections.size(); ++n) {
-    const Section& section = results.sections[n];
+  for (std::size_t n = 0; n < sections.size(); ++n) {
+    const Section& section = sections[n];
     report::SectionRow& row = rows.emplace_back();
     row.name = section.frame.name;
     row.slab_mm = section.frame.slab_mm;

@@ -16,6 +16,6 @@ Result<std::vector<WrittenFile>> write_section_files(const std::vector<Section>&
 
 /// A row of the page per section, with its picture, which is also written as section-N.png.
 /// errors  what the sinks report
-Result<std::vector<report::SectionRow>> draw_sections(const ScanResults& results, const std::string& folder);
+Result<std::vector<report::SectionRow>> draw_sections(const std::vector<Section>& sections, const std::string& folder);
 
 }  // namespace scanmill::pipeline

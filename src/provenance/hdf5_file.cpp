@@ -97,24 +97,6 @@ hid_t stored_type(Element element) {
   return H5I_INVALID_HID;
 }
 
-const char* type_word(Element element) {
-  switch (element) {
-    case Element::Float64:
-      return "float64";
-    case Element::Float32:
-      return "float32";
-    case Element::UInt8:
-      return "uint8";
-    case Element::UInt32:
-      return "uint32";
-    case Element::UInt64:
-      return "uint64";
-    case Element::Int64:
-      return "int64";
-  }
-  return "";
-}
-
 std::uint64_t product(std::span<const std::uint64_t> shape) {
   std::uint64_t n = 1;
   for (const std::uint64_t extent : shape) n *= extent;
@@ -159,6 +141,24 @@ Result<void> sync_file(const std::string& path) {
 }
 
 }  // namespace
+
+const char* type_word(Element element) {
+  switch (element) {
+    case Element::Float64:
+      return "float64";
+    case Element::Float32:
+      return "float32";
+    case Element::UInt8:
+      return "uint8";
+    case Element::UInt32:
+      return "uint32";
+    case Element::UInt64:
+      return "uint64";
+    case Element::Int64:
+      return "int64";
+  }
+  return "";
+}
 
 struct Hdf5File::Impl {
   std::string path;

@@ -18,6 +18,9 @@ namespace scanmill::provenance {
 /// Element types of datasets and attributes; little-endian in the file.
 enum class Element { Float64, Float32, UInt8, UInt32, UInt64, Int64 };
 
+/// As identities and readers name them: "float64".
+const char* type_word(Element element);
+
 template <class T>
 constexpr Element element_of() {
   if constexpr (std::is_same_v<T, double> || std::is_same_v<T, Vec3>)

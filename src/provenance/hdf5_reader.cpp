@@ -188,11 +188,16 @@ bool RecordReader::has_attribute(const std::string& object, const std::string& n
   return H5Aexists_by_name(impl_->file.get(), object.c_str(), name.c_str(), H5P_DEFAULT) > 0;
 }
 
-Result<std::string> RecordReader::attribute(const std::string& object, const std::string& name) const {
+Result<std::vector<std::string>> RecordReader::attribute_texts(const std::string& object,
+                                                               const std::string& name) const {
   Stored stored;
   if (!read_attribute(impl_->file.get(), object, name, stored) || stored.type.substr(0, 4) != "text")
     return impl_->damaged(object + " @" + name);
-  const std::vector<std::string> texts = texts_of(stored);
+  return texts_of(stored);
+}
+
+Result<std::string> RecordReader::attribute(const std::string& object, const std::string& name) const {
+  TRY_ASSIGN(const std::vector<std::string> texts, attribute_texts(object, name));
   return texts.empty() ? std::string() : texts[0];
 }
 
@@ -205,6 +210,38 @@ Result<std::uint64_t> RecordReader::rows(const std::string& dataset) const {
   if (rank < 0 || rank > 8) return impl_->damaged(dataset);
   if (rank > 0) H5Sget_simple_extent_dims(space.get(), extents, nullptr);
   return rank > 0 ? extents[0] : 1;
+}
+
+bool RecordReader::has(const std::string& object) const {
+  return H5Lexists(impl_->file.get(), object.c_str(), H5P_DEFAULT) > 0;
+}
+
+Result<std::string> RecordReader::raw(const std::string& path, const std::string& attribute, Element element) const {
+  Stored stored;
+  const bool read = attribute.empty() ? read_dataset(impl_->file.get(), path, stored)
+                                      : read_attribute(impl_->file.get(), path, attribute, stored);
+  if (!read || stored.type != type_word(element))
+    return impl_->damaged(path + (attribute.empty() ? "" : " @" + attribute));
+  return std::move(stored.bytes);
+}
+
+Result<double> RecordReader::number(const std::string& object, const std::string& attribute, bool& whole) const {
+  Stored stored;
+  if (!read_attribute(impl_->file.get(), object, attribute, stored) || stored.bytes.size() != sizeof(double))
+    return impl_->damaged(object + " @" + attribute);
+  whole = stored.type == type_word(Element::Int64);
+  if (!whole && stored.type != type_word(Element::Float64)) return impl_->damaged(object + " @" + attribute);
+  std::int64_t integer = 0;
+  double value = 0;
+  std::memcpy(&integer, stored.bytes.data(), sizeof integer);
+  std::memcpy(&value, stored.bytes.data(), sizeof value);
+  return whole ? static_cast<double>(integer) : value;
+}
+
+std::vector<std::string> RecordReader::attributes(const std::string& object) const {
+  std::vector<std::string> names = attributes_of(impl_->file.get(), object);
+  std::sort(names.begin(), names.end());
+  return names;
 }
 
 Result<std::vector<std::string>> RecordReader::children(const std::string& group) const {

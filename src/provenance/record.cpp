@@ -3,6 +3,7 @@
 // name in `Conventions` changes with them.
 #include "provenance/record.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 
@@ -52,6 +53,9 @@ Result<void> consistent(const Record& r, const std::string& path) {
     if (row >= r.points.size()) return wrong("vertex_row names a row beyond the points");
   for (const SourceKey& key : r.source)
     if (index_of(key.view) >= r.inputs.size()) return wrong("source names a view beyond the inputs");
+  for (const WorstEntry& worst : r.worst)
+    if (index_of(worst.source.view) >= r.inputs.size()) return wrong("worst names a view beyond the inputs");
+  if (!r.note_kinds.empty() && r.note_kinds.size() != r.notes.size()) return wrong("notes and kinds differ in length");
   if (r.stl_header.size() > kStlHeaderBytes) return wrong("stl_header is longer than 80 bytes");
   return {};
 }
@@ -189,7 +193,33 @@ Result<void> write_loops(Hdf5File& file, const Record& r) {
   TRY(file.dataset("/strays/triangles", column<std::uint64_t>(r.strays, [](const Entry& e) { return e.triangles; })));
   TRY(file.dataset("/strays/vertices", column<std::uint64_t>(r.strays, [](const Entry& e) { return e.vertices; })));
   TRY(file.dataset("/strays/centre", column<Vec3>(r.strays, [](const Entry& e) { return e.centre; })));
-  return file.dataset("/strays/size", column<Vec3>(r.strays, [](const Entry& e) { return e.size; }));
+  TRY(file.dataset("/strays/size", column<Vec3>(r.strays, [](const Entry& e) { return e.size; })));
+  return file.dataset("/strays/rows", r.stray_rows);
+}
+
+Result<void> write_fit(Hdf5File& file, const Record& r) {
+  if (r.histogram.empty()) return {};
+  TRY(file.group("/fit"));
+  TRY(file.dataset("/fit/histogram", r.histogram));
+  TRY(file.dataset("/fit/patches", column<std::array<double, 8>>(r.patch_fits, [](const PatchFit& f) {
+                     return std::array<double, 8>{static_cast<double>(f.patch),
+                                                  static_cast<double>(f.points),
+                                                  f.max_mm,
+                                                  f.rms_mm,
+                                                  f.mean_mm,
+                                                  f.signed_mean_mm,
+                                                  f.above_mm,
+                                                  f.below_mm};
+                   })));
+  std::vector<WorstEntry> worst = r.worst;
+  worst.insert(worst.end(), r.worst_interior.begin(), r.worst_interior.end());
+  TRY(file.dataset("/fit/worst", column<std::array<double, 4>>(worst, [](const WorstEntry& e) {
+                     return std::array<double, 4>{e.place.x, e.place.y, e.place.z, e.signed_mm};
+                   })));
+  TRY(file.dataset("/fit/worst_source", column<std::array<std::uint64_t, 4>>(worst, [](const WorstEntry& e) {
+                     return std::array<std::uint64_t, 4>{index_of(e.source.view), e.source.row, e.patch, e.open_border};
+                   })));
+  return file.attribute("/fit/worst", "of_all_points", static_cast<std::int64_t>(r.worst.size()));
 }
 
 Result<void> write_sections(Hdf5File& file, const Record& r) {
@@ -247,8 +277,11 @@ Result<void> write_stages(Hdf5File& file, const Record& r) {
     const std::string path = "/stages/" + std::string(number) + "_" + stages[n].first;
     TRY(file.group(path));
     TRY(file.attribute(path, "version", stages[n].second));
-    for (const Counter& counter : r.counters) {
-      if (counter.stage != stages[n].first) continue;
+    std::vector<Counter> counters;
+    for (const Counter& counter : r.counters)
+      if (counter.stage == stages[n].first) counters.push_back(counter);
+    std::sort(counters.begin(), counters.end(), [](const Counter& a, const Counter& b) { return a.name < b.name; });
+    for (const Counter& counter : counters) {
       const bool whole = counter.integer && std::abs(counter.value) < 9e18;  // NaN is not
       TRY(whole ? file.attribute(path, counter.name, static_cast<std::int64_t>(counter.value))
                 : file.attribute(path, counter.name, counter.value));
@@ -259,7 +292,11 @@ Result<void> write_stages(Hdf5File& file, const Record& r) {
 
 Result<void> write_notes(Hdf5File& file, const Record& r) {
   using Pair = std::pair<std::string, std::string>;
+  static constexpr const char* kKinds[] = {"archive", "finding", "warning", "output"};
+  std::vector<std::string> kinds(r.notes.size(), kKinds[1]);
+  for (std::size_t n = 0; n < r.note_kinds.size(); ++n) kinds[n] = kKinds[static_cast<std::size_t>(r.note_kinds[n])];
   TRY(file.texts("/notes", r.notes));
+  TRY(file.texts("/note_kinds", kinds));
   TRY(file.group("/outputs"));
   TRY(file.texts("/outputs/file", column<std::string>(r.outputs, [](const Pair& p) { return p.first; })));
   return file.texts("/outputs/sha256", column<std::string>(r.outputs, [](const Pair& p) { return p.second; }));
@@ -278,6 +315,7 @@ Result<std::string> write_record(const Record& record, const std::string& path) 
   TRY(write_mesh(file, record));
   TRY(write_patches(file, record));
   TRY(write_loops(file, record));
+  TRY(write_fit(file, record));
   TRY(write_sections(file, record));
   TRY(write_stages(file, record));
   TRY(write_notes(file, record));

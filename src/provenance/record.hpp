@@ -29,7 +29,7 @@ struct InputEntry {
   bool missing = false;
 };
 
-/// A named counter or figure of a stage; order is the order of writing.
+/// A named counter or figure of a stage; written stage by stage, by name.
 struct Counter {
   std::string stage, name;
   double value = 0;
@@ -42,6 +42,26 @@ struct PatchEntry {
   std::uint64_t triangles = 0;
   double area_mm2 = 0, border_mm = 0;
 };
+
+/// Distances of the points nearest to one patch, mm.
+struct PatchFit {
+  std::uint32_t patch = 0;
+  std::uint64_t points = 0;
+  double max_mm = 0, rms_mm = 0, mean_mm = 0, signed_mean_mm = 0, above_mm = 0, below_mm = 0;
+};
+
+/// One of the points farthest from the mesh.
+struct WorstEntry {
+  Vec3 place;
+  double signed_mm = 0;
+  SourceKey source;
+  std::uint32_t patch = 0;
+  bool open_border = false;  // nearest to an open edge
+};
+
+/// Where a sentence comes from: what lies in the archive beside the scan, the scan itself (as a doubt: a warning), or
+/// the files asked for.
+enum class NoteKind : std::uint8_t { Archive, Finding, Warning, Output };
 
 struct StrayEntry {  // a dropped component
   std::uint64_t triangles = 0, vertices = 0;
@@ -73,9 +93,15 @@ struct Record {
   std::vector<std::uint32_t> growth_rank;                 // per triangle; may be empty
   std::vector<BorderLoop> loops;
   std::vector<StrayEntry> strays;
-  std::vector<Section> sections;  // may be empty: nothing of them is written then
+  std::vector<std::uint32_t> stray_rows;  // of `points`, behind the vertices of strays, ascending
+  // Distances of the input points; all empty when not judged.
+  std::vector<PatchFit> patch_fits;
+  std::vector<WorstEntry> worst, worst_interior;  // greatest first
+  std::vector<std::uint64_t> histogram;           // by signed distance: below, each step of bin_mm/32, above
+  std::vector<Section> sections;                  // may be empty: nothing of them is written then
   std::vector<Counter> counters;
   std::vector<std::string> notes;
+  std::vector<NoteKind> note_kinds;                                 // one per note; empty: all Finding
   std::vector<std::pair<std::string, std::string>> stage_versions;  // stage name, version
   std::vector<std::pair<std::string, std::string>> outputs;         // file name, sha256
   std::string stl_header = "scanmill binary STL UNITS=mm";  // first 80 bytes of the STL, blank-padded when shorter

@@ -1,14 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 // A triangle covers a sample when three integer edge functions agree (Pineda 1988), with the top-left rule on a grid of
-// 1/64 sample: watertight and the same on every machine. Depth and colour are planes over the triangle, evaluated per
-// sample from the same corner whatever the tile, so tiles and threads leave no trace. Depth shading darkens a sample by
-// how far its neighbours stand before it (after Boucheny 2009, with a rational falloff in place of the exponential).
+// 1/64 sample: watertight and the same on every machine. First depth alone decides which triangle each sample shows,
+// then what is seen gets its colour: once per pixel where all four samples show one triangle. Depth and light are
+// planes over the triangle, from the same corner whatever the tile, so tiles and threads leave no trace. Depth shading
+// darkens a sample by how far its neighbours stand before it (after Boucheny 2009, with a rational falloff in place of
+// the exponential).
 #include "render/raster.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdlib>
 #include <limits>
+#include <optional>
+#include <span>
 #include <utility>
 
 #include "base/wide.hpp"
@@ -25,6 +30,8 @@ constexpr int kApron = 4;
 constexpr double kCreaseDot = 0.8;              // normals further apart than 37 degrees are not smoothed over
 const Vec3 kLight = unit({-0.42, 0.52, 0.74});  // in the axes of the view: over the viewer's left shoulder
 
+constexpr std::uint32_t kNoFace = 0xffffffffu;
+
 struct Packed {
   std::uint8_t r = 255, g = 255, b = 255, covered = 0;
 };
@@ -33,7 +40,8 @@ struct Packed {
 struct Tile {
   int x0 = 0, y0 = 0, width = 0, height = 0;
   std::vector<float> depth;
-  std::vector<Packed> colour;
+  std::vector<std::uint32_t> face;  // place in the tile's list of what each sample shows, unless `colour` covers it
+  std::vector<Packed> colour;       // of lines and dots, and of everything with depth shading; empty without any
   std::size_t row(int y) const { return static_cast<std::size_t>(y) * static_cast<std::size_t>(width); }
 };
 
@@ -99,21 +107,153 @@ std::int64_t doubled_area(const Corner& a, const Corner& b, const Corner& c) {
   return static_cast<std::int64_t>(b.x - a.x) * (c.y - a.y) - static_cast<std::int64_t>(b.y - a.y) * (c.x - a.x);
 }
 
-/// What the samples of one triangle need: colours at its corners or the error there, and brightness.
-struct FaceLook {
-  Rgb base;
-  std::array<double, 3> light{}, error{};
-  std::array<double, 3> edge_per_unit{};  // of the edge function against corner k, in samples of distance
+/// Values at the corners as a plane over the samples of the tile.
+struct Plane {
+  double origin = 0, x = 0, y = 0;
+  double at(double sx, double sy) const { return origin + x * sx + y * sy; }
 };
 
+/// A triangle with corners in clockwise order as seen, and its edge functions over the tile's samples.
+struct Face {
+  Triangle v;
+  bool back;
+  double per_area;
+  std::array<Edge, 3> edge;  // from the tile's first sample
+  Range box;                 // of the tile
+
+  Plane plane(const std::array<double, 3>& corner) const {
+    const double b = (corner[1] - corner[0]) * per_area, c = (corner[2] - corner[0]) * per_area;
+    const auto value = [](std::int64_t n) { return static_cast<double>(n); };
+    return {corner[0] + (value(edge[1].start) * b + value(edge[2].start) * c),
+            value(edge[1].step_x) * b + value(edge[2].step_x) * c,
+            value(edge[1].step_y) * b + value(edge[2].step_y) * c};
+  }
+};
+
+/// Samples are looked at eight at a time, so tiles are a multiple of eight wide.
+constexpr int kLanes = 8;
+static_assert(kTileSamples % kLanes == 0 && 2 * kApron % kLanes == 0);
+/// Up to this size edge functions fit 32 bits: twice the area of the box, and a step over its end.
+constexpr std::int32_t kSmallBox = 1 << 14;
+
+/// One triangle's samples of a tile: `first` is the value of each edge at the first sample of the box.
+struct Cover {
+  std::array<std::int32_t, 3> first, step_x, step_y;
+  Range box;  // x0 and x1 are multiples of kLanes
+  double depth, slope_x, slope_y;
+  std::uint32_t face;
+};
+
+/// One loop per row, which goes into wide registers without a rest.
+SCANMILL_WIDE void cover_small(const Cover& c, int width, float* depth, std::uint32_t* face) {
+  std::int32_t row0 = c.first[0], row1 = c.first[1], row2 = c.first[2];
+  const std::int32_t x0 = c.step_x[0], x1 = c.step_x[1], x2 = c.step_x[2];
+  const std::int32_t lanes = (c.box.x1 - c.box.x0) / kLanes * kLanes;
+  const std::uint32_t mine = c.face;
+  const double slope = c.slope_x;
+  for (int sy = c.box.y0; sy < c.box.y1; ++sy) {
+    const double row_depth = c.depth + c.slope_y * sy + slope * c.box.x0;
+    float* const depth_row = depth + static_cast<std::ptrdiff_t>(sy) * width + c.box.x0;
+    std::uint32_t* const face_row = face + static_cast<std::ptrdiff_t>(sy) * width + c.box.x0;
+    for (std::int32_t k = 0; k < lanes; ++k) {
+      const std::int32_t inside = (row0 + k * x0) | (row1 + k * x1) | (row2 + k * x2);
+      const float z = static_cast<float>(row_depth + slope * static_cast<double>(k));
+      const float before = depth_row[k];
+      const bool shows = (inside >= 0) & (z > before);
+      depth_row[k] = shows ? z : before;
+      face_row[k] = shows ? mine : face_row[k];
+    }
+    row0 += c.step_y[0];
+    row1 += c.step_y[1];
+    row2 += c.step_y[2];
+  }
+}
+
+/// The same for triangles of any size.
+void cover_large(const Face& f, const Plane& depth, std::uint32_t mine, Tile& tile) {
+  for (int sy = f.box.y0; sy < f.box.y1; ++sy)
+    for (int sx = f.box.x0; sx < f.box.x1; ++sx) {
+      std::int64_t inside = 0;
+      for (const Edge& e : f.edge) inside |= e.start + sx * e.step_x + sy * e.step_y;
+      if (inside < 0) continue;
+      const std::size_t at = tile.row(sy) + static_cast<std::size_t>(sx);
+      const auto z = static_cast<float>(depth.origin + depth.y * sy + depth.x * sx);
+      if (!(z > tile.depth[at])) continue;
+      tile.depth[at] = z;
+      tile.face[at] = mine;
+    }
+}
+
+/// How one triangle looks: light, error and distances from its edges over the samples of the tile.
+struct FaceLook {
+  Rgb base;
+  bool back = false;
+  Plane light, error;
+  std::array<Plane, 3> edge;  // distance in samples
+};
+
+/// The triangles of one tile.
 class FacePainter {
  public:
-  FacePainter(const Drawing& drawing, Tile& tile) : d_(drawing), tile_(tile) {}
+  FacePainter(const Drawing& drawing, Tile& tile, std::span<const std::uint32_t> things)
+      : d_(drawing), tile_(tile), things_(things), look_of_(things.size(), kNoFace) {}
 
-  void paint(std::uint32_t t) {
+  /// Decides by depth what each sample shows.
+  void cover(std::uint32_t place) {
+    const auto face = face_of(things_[place]);
+    if (!face) return;
+    const Face& f = *face;
+    const Plane depth = f.plane({d_.corners[f.v[0]].depth, d_.corners[f.v[1]].depth, d_.corners[f.v[2]].depth});
+    if (!is_small(f)) return cover_large(f, depth, place, tile_);
+    Cover c;
+    c.box = {f.box.x0 / kLanes * kLanes, f.box.y0, (f.box.x1 + kLanes - 1) / kLanes * kLanes, f.box.y1};
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Edge& e = f.edge[k];
+      c.first[k] = static_cast<std::int32_t>(e.start + c.box.x0 * e.step_x + c.box.y0 * e.step_y);
+      c.step_x[k] = static_cast<std::int32_t>(e.step_x);
+      c.step_y[k] = static_cast<std::int32_t>(e.step_y);
+    }
+    c.depth = depth.origin;
+    c.slope_x = depth.x;
+    c.slope_y = depth.y;
+    c.face = place;
+    cover_small(c, tile_.width, tile_.depth.data(), tile_.face.data());
+  }
+
+  /// Colour of a triangle of the tile's list at a place in samples, (0, 0) being the centre of the first sample.
+  Packed colour(std::uint32_t place, double sx, double sy) {
+    const FaceLook& look = this->look(place);
+    const Surface& s = d_.surface;
+    double light = look.light.at(sx, sy);
+    Rgb base = look.base;
+    if (s.paint == Surface::Paint::Error) {
+      base = scale_.at(look.error.at(sx, sy));
+      // Colour carries the number here, light only hints at the shape; the inside is half grey.
+      light = 0.62 + 0.38 * light;
+      if (look.back) base = {half(base.r, s.back.r), half(base.g, s.back.g), half(base.b, s.back.b)};
+    }
+    Packed out{shaded(base.r, light), shaded(base.g, light), shaded(base.b, light), 1};
+    if (s.wire_share > 0) {
+      const double distance = std::min({look.edge[0].at(sx, sy), look.edge[1].at(sx, sy), look.edge[2].at(sx, sy)});
+      const double ink = s.wire_share * std::clamp(1.5 - distance, 0.0, 1.0);
+      if (ink > 0) out = {inked(out.r, kInk.r, ink), inked(out.g, kInk.g, ink), inked(out.b, kInk.b, ink), 1};
+    }
+    return out;
+  }
+
+ private:
+  static bool is_small(const Face& f) {
+    for (const Edge& e : f.edge)
+      if (std::abs(e.step_x) > std::int64_t{kSmallBox} * kGridPerSample ||
+          std::abs(e.step_y) > std::int64_t{kSmallBox} * kGridPerSample)
+        return false;
+    return true;
+  }
+
+  std::optional<Face> face_of(std::uint32_t t) const {
     Triangle v = d_.mesh->triangles[t];
     std::int64_t area = doubled_area(d_.corners[v[0]], d_.corners[v[1]], d_.corners[v[2]]);
-    if (area == 0) return;
+    if (area == 0) return std::nullopt;
     const bool back = area > 0;  // y runs down: outward counter-clockwise turns negative
     if (area < 0) {
       std::swap(v[1], v[2]);
@@ -121,44 +261,25 @@ class FacePainter {
     }
     const Corner &a = d_.corners[v[0]], &b = d_.corners[v[1]], &c = d_.corners[v[2]];
     const Range box = clipped(samples_of(a, b, c), tile_);
-    if (box.empty()) return;
-    const int x = box.x0 + tile_.x0, y = box.y0 + tile_.y0;
-    const std::array<Edge, 3> edge{edge_over(b, c, x, y), edge_over(c, a, x, y), edge_over(a, b, x, y)};
-    const double per_area = 1 / static_cast<double>(area);
-    // Depth as a plane through corner a; steps of a sample.
-    const double to_b = b.depth - a.depth, to_c = c.depth - a.depth;
-    const double slope_x =
-        (static_cast<double>(edge[1].step_x) * to_b + static_cast<double>(edge[2].step_x) * to_c) * per_area;
-    const double slope_y =
-        (static_cast<double>(edge[1].step_y) * to_b + static_cast<double>(edge[2].step_y) * to_c) * per_area;
-    const double from_x = tile_.x0 + 0.5 - static_cast<double>(a.x) / kGridPerSample;
-    const double from_y = tile_.y0 + 0.5 - static_cast<double>(a.y) / kGridPerSample;
-    FaceLook look;
-    bool ready = false;  // most triangles of a fine mesh are hidden or miss every sample: light them when seen
-    std::array<std::int64_t, 3> row{edge[0].start, edge[1].start, edge[2].start};
-    for (int sy = box.y0; sy < box.y1; ++sy) {
-      std::array<std::int64_t, 3> e = row;
-      const std::size_t start = tile_.row(sy);
-      const double row_depth = a.depth + slope_y * (sy + from_y);
-      for (int sx = box.x0; sx < box.x1; ++sx) {
-        if ((e[0] | e[1] | e[2]) >= 0) {
-          const auto z = static_cast<float>(row_depth + slope_x * (sx + from_x));
-          const std::size_t at = start + static_cast<std::size_t>(sx);
-          if (z > tile_.depth[at]) {
-            if (!ready) look = look_of(t, v, back);
-            ready = true;
-            tile_.depth[at] = z;
-            const double w1 = static_cast<double>(e[1]) * per_area, w2 = static_cast<double>(e[2]) * per_area;
-            tile_.colour[at] = colour(look, back, {1 - w1 - w2, w1, w2}, e);
-          }
-        }
-        for (std::size_t k = 0; k < 3; ++k) e[k] += edge[k].step_x;
-      }
-      for (std::size_t k = 0; k < 3; ++k) row[k] += edge[k].step_y;
-    }
+    if (box.empty()) return std::nullopt;
+    const int x = tile_.x0, y = tile_.y0;
+    return Face{v,
+                back,
+                1 / static_cast<double>(area),
+                {edge_over(b, c, x, y), edge_over(c, a, x, y), edge_over(a, b, x, y)},
+                box};
   }
 
- private:
+  /// Made when it is first seen: most triangles of a fine mesh are hidden or miss every sample.
+  const FaceLook& look(std::uint32_t place) {
+    std::uint32_t& number = look_of_[place];
+    if (number == kNoFace) {
+      number = static_cast<std::uint32_t>(looks_.size());
+      looks_.push_back(make_look(things_[place]));
+    }
+    return looks_[number];
+  }
+
   /// In the axes of the view, from the snapped corners' own depths: needs no position.
   Vec3 flat_normal(const Triangle& v) const {
     const auto place = [&](std::uint32_t i) {
@@ -169,50 +290,37 @@ class FacePainter {
     return n.z < 0 ? unit(-n) : unit(n);  // to the viewer
   }
 
-  FaceLook look_of(std::uint32_t t, const Triangle& v, bool back) const {
+  FaceLook make_look(std::uint32_t t) const {
     FaceLook look;
+    const auto face = face_of(t);
+    if (!face) return look;
+    const Triangle& v = face->v;
     const Surface& s = d_.surface;
-    look.base = back ? s.back : s.front;
-    if (s.paint == Surface::Paint::Patches && !back && t < d_.mesh->patch.size())
+    look.back = face->back;
+    look.base = look.back ? s.back : s.front;
+    if (s.paint == Surface::Paint::Patches && !look.back && t < d_.mesh->patch.size())
       look.base = d_.mesh->patch[t] < s.colours.size() ? s.colours[d_.mesh->patch[t]] : patch_colour(d_.mesh->patch[t]);
     const Vec3 flat = flat_normal(v);
+    std::array<double, 3> light{}, error{};
     for (std::size_t k = 0; k < 3; ++k) {
       Vec3 n = d_.normals[v[k]];
-      if (back) n = -n;
-      look.light[k] = brightness(dot(n, flat) > kCreaseDot ? n : flat);
-      if (s.paint == Surface::Paint::Error) look.error[k] = s.error[v[k]];
+      if (look.back) n = -n;
+      light[k] = brightness(dot(n, flat) > kCreaseDot ? n : flat);
+      if (s.paint == Surface::Paint::Error) error[k] = s.error[v[k]];
     }
+    look.light = face->plane(light);
+    look.error = face->plane(error);
     if (s.wire_share > 0)
       for (std::size_t k = 0; k < 3; ++k) {
         const Corner &p = d_.corners[v[(k + 1) % 3]], &q = d_.corners[v[(k + 2) % 3]];
-        const double dx = q.x - p.x, dy = q.y - p.y;
-        look.edge_per_unit[k] = 1 / (std::sqrt(dx * dx + dy * dy) * kGridPerSample);
+        const double dx = q.x - p.x, dy = q.y - p.y, per = 1 / (std::sqrt(dx * dx + dy * dy) * kGridPerSample);
+        const Edge& e = face->edge[k];
+        look.edge[k] = {static_cast<double>(e.start) * per, static_cast<double>(e.step_x) * per,
+                        static_cast<double>(e.step_y) * per};
       }
     return look;
   }
 
-  Packed colour(const FaceLook& look, bool back, const std::array<double, 3>& w,
-                const std::array<std::int64_t, 3>& e) const {
-    const Surface& s = d_.surface;
-    double light = w[0] * look.light[0] + w[1] * look.light[1] + w[2] * look.light[2];
-    Rgb base = look.base;
-    if (s.paint == Surface::Paint::Error) {
-      const double value = w[0] * look.error[0] + w[1] * look.error[1] + w[2] * look.error[2];
-      base = scale_.at(value);
-      // Colour carries the number here, light only hints at the shape; the inside is half grey.
-      light = 0.62 + 0.38 * light;
-      if (back) base = {half(base.r, s.back.r), half(base.g, s.back.g), half(base.b, s.back.b)};
-    }
-    Packed out{shaded(base.r, light), shaded(base.g, light), shaded(base.b, light), 1};
-    if (s.wire_share > 0) {
-      double distance = 1e9;
-      for (std::size_t k = 0; k < 3; ++k)
-        distance = std::min(distance, static_cast<double>(e[k]) * look.edge_per_unit[k]);
-      const double ink = s.wire_share * std::clamp(1.5 - distance, 0.0, 1.0);
-      if (ink > 0) out = {inked(out.r, kInk.r, ink), inked(out.g, kInk.g, ink), inked(out.b, kInk.b, ink), 1};
-    }
-    return out;
-  }
   static std::uint8_t half(std::uint8_t a, std::uint8_t b) { return static_cast<std::uint8_t>((a + b) / 2); }
   static std::uint8_t inked(std::uint8_t from, std::uint8_t to, double share) {
     return static_cast<std::uint8_t>(from + (to - from) * share + 0.5);
@@ -220,6 +328,9 @@ class FacePainter {
 
   const Drawing& d_;
   Tile& tile_;
+  std::span<const std::uint32_t> things_;
+  std::vector<std::uint32_t> look_of_;
+  std::vector<FaceLook> looks_;
   inline static const ErrorScale scale_;
 };
 
@@ -361,23 +472,49 @@ class Binning {
   int columns_, rows_, apron_;
 };
 
-/// Means of 2x2 samples into the pixels of the tile.
-void resolve(const Tile& tile, int apron, int pixel_x, int pixel_y, Image& image) {
+/// Gives every sample that shows a triangle its colour, for what follows to work on.
+void colour_samples(Tile& tile, FacePainter& painter) {
+  for (int sy = 0; sy < tile.height; ++sy)
+    for (int sx = 0; sx < tile.width; ++sx)
+      if (const std::size_t at = tile.row(sy) + static_cast<std::size_t>(sx);
+          tile.colour[at].covered == 0 && tile.face[at] != kNoFace)
+        tile.colour[at] = painter.colour(tile.face[at], sx, sy);
+}
+
+/// Means of 2x2 samples into the pixels of the tile. Light is a plane over a triangle, so where it fills a pixel the
+/// mean is the colour in the middle; `each_sample` where it is not (edges drawn in).
+void resolve(const Tile& tile, int apron, int pixel_x, int pixel_y, bool each_sample, FacePainter& painter,
+             Image& image) {
   const int right = std::min(pixel_x + kTilePixels, image.width),
             bottom = std::min(pixel_y + kTilePixels, image.height);
+  const auto width = static_cast<std::size_t>(tile.width);
   for (int y = pixel_y; y < bottom; ++y)
     for (int x = pixel_x; x < right; ++x) {
-      const std::size_t at = tile.row((y - pixel_y) * kSamplesPerPixel + apron) +
-                             static_cast<std::size_t>((x - pixel_x) * kSamplesPerPixel + apron);
+      const int sx = (x - pixel_x) * kSamplesPerPixel + apron, sy = (y - pixel_y) * kSamplesPerPixel + apron;
+      const std::size_t at = tile.row(sy) + static_cast<std::size_t>(sx);
+      const std::array<std::size_t, 4> sample{at, at + 1, at + width, at + width + 1};
+      const std::uint32_t face = tile.face[at];
+      const bool one_face =
+          tile.face[sample[1]] == face && tile.face[sample[2]] == face && tile.face[sample[3]] == face;
+      std::array<Packed, 4> c;
+      if (!tile.colour.empty())
+        for (std::size_t k = 0; k < 4; ++k) c[k] = tile.colour[sample[k]];
+      const bool bare = (c[0].covered | c[1].covered | c[2].covered | c[3].covered) == 0;
+      if (bare && one_face && face == kNoFace) continue;
       std::uint8_t* p = image.at(x, y);
+      if (bare && one_face && !each_sample) {
+        const Packed middle = painter.colour(face, sx + 0.5, sy + 0.5);
+        p[0] = middle.r, p[1] = middle.g, p[2] = middle.b;
+        continue;
+      }
       int r = 2, g = 2, b = 2, paper = 4;
-      for (const std::size_t s :
-           {at, at + 1, at + static_cast<std::size_t>(tile.width), at + static_cast<std::size_t>(tile.width) + 1}) {
-        const Packed& c = tile.colour[s];
-        if (c.covered == 0) continue;
-        r += c.r;
-        g += c.g;
-        b += c.b;
+      for (std::size_t k = 0; k < 4; ++k) {
+        if (c[k].covered == 0 && tile.face[sample[k]] != kNoFace)
+          c[k] = painter.colour(tile.face[sample[k]], sx + static_cast<int>(k % 2), sy + static_cast<int>(k / 2));
+        if (c[k].covered == 0) continue;
+        r += c[k].r;
+        g += c[k].g;
+        b += c[k].b;
         --paper;
       }
       p[0] = static_cast<std::uint8_t>((r + paper * p[0]) / 4);
@@ -394,7 +531,9 @@ Result<void> draw(const Drawing& drawing, Image& image, const Context& context) 
   const std::size_t faces = drawing.mesh != nullptr ? drawing.mesh->triangles.size() : 0;
   const std::size_t tiles = lists.first.size() - 1;
   for_each_range(context, tiles, 1, [&](std::size_t number, std::size_t) {
-    if (lists.first[number] == lists.first[number + 1]) return;
+    const std::span<const std::uint32_t> things(lists.things.data() + lists.first[number],
+                                                lists.first[number + 1] - lists.first[number]);
+    if (things.empty()) return;
     const int pixel_x = static_cast<int>(number) % lists.columns * kTilePixels;
     const int pixel_y = static_cast<int>(number) / lists.columns * kTilePixels;
     Tile tile;
@@ -402,19 +541,23 @@ Result<void> draw(const Drawing& drawing, Image& image, const Context& context) 
     tile.y0 = pixel_y * kSamplesPerPixel - apron;
     tile.width = tile.height = kTileSamples + 2 * apron;
     tile.depth.assign(tile.row(tile.height), kNothing);
-    tile.colour.resize(tile.row(tile.height));
-    FacePainter painter(drawing, tile);
-    for (std::size_t i = lists.first[number]; i < lists.first[number + 1]; ++i) {
-      const std::size_t thing = lists.things[i];
+    tile.face.assign(tile.row(tile.height), kNoFace);
+    if (drawing.depth_shading || things.back() >= faces) tile.colour.resize(tile.row(tile.height));
+    FacePainter painter(drawing, tile, things);
+    for (std::uint32_t place = 0; place < things.size(); ++place) {
+      const std::size_t thing = things[place];
       if (thing < faces)
-        painter.paint(static_cast<std::uint32_t>(thing));
+        painter.cover(place);
       else if (thing < faces + drawing.lines.size())
         paint_line(drawing.lines[thing - faces], tile);
       else
         paint_dot(drawing.dots[thing - faces - drawing.lines.size()], tile);
     }
-    if (drawing.depth_shading) shade_by_depth(tile);
-    resolve(tile, apron, pixel_x, pixel_y, image);
+    if (drawing.depth_shading) {
+      colour_samples(tile, painter);
+      shade_by_depth(tile);
+    }
+    resolve(tile, apron, pixel_x, pixel_y, drawing.surface.wire_share > 0, painter, image);
   });
   if (context.cancel.is_set()) return fail(Code::Cancelled, "stopped while drawing a picture");
   return {};

@@ -7,6 +7,7 @@
 #include <chrono>
 #include <filesystem>
 #include <set>
+#include <string_view>
 
 #include "base/text.hpp"
 #include "runner/executor.hpp"
@@ -170,9 +171,9 @@ class Driver {
   }
 
   void list_vanished() {
+    const std::set<std::string_view> there(selection_.all_names.begin(), selection_.all_names.end());
     for (const std::string& name : tree_.finished()) {
-      if (std::find(selection_.all_names.begin(), selection_.all_names.end(), name) != selection_.all_names.end())
-        continue;
+      if (there.contains(name)) continue;
       ScanEntry entry;
       entry.name = name;
       entry.fate = ScanFate::Vanished;
@@ -285,12 +286,12 @@ class Driver {
 
   /// The results that stand, for catalogues.
   Result<void> save_crate() const {
-    std::vector<CrateScan> scans;
-    for (const ScanEntry& entry : report_.scans)
-      if (auto state = load_state(tree_.scan(entry.name)))
-        scans.push_back({entry.name, entry.fate == ScanFate::Done, std::move(*state)});
-    const Node crate = ro_crate_of(report_, scans, {"run.json"});
-    return store::write_text(tree_.root() + "/ro-crate-metadata.json", document::to_json(crate, 1) + "\n");
+    const auto result_of = [&](const ScanEntry& entry) -> std::optional<CrateScan> {
+      auto state = load_state(tree_.scan(entry.name));
+      if (!state) return std::nullopt;
+      return CrateScan{entry.name, entry.fate == ScanFate::Done, std::move(*state)};
+    };
+    return store::write_text(tree_.root() + "/ro-crate-metadata.json", ro_crate_text(report_, result_of, {"run.json"}));
   }
 
   /// The worst code in the order 130/143, 1, 3, 4; state files, run.json, last line.

@@ -2,6 +2,7 @@
 #include "runner/job_scans.hpp"
 
 #include <algorithm>
+#include <map>
 #include <set>
 
 #include "base/text.hpp"
@@ -83,6 +84,13 @@ Idle idle_patterns(const Job& job, std::span<const std::string> only, const std:
   return idle;
 }
 
+/// Which overrides a scan meets: with the same ones the keys are the same.
+std::vector<bool> overrides_of(const Job& job, const std::string& scan) {
+  std::vector<bool> met;
+  for (const Override& entry : job.overrides) met.push_back(matches_any(entry.scans, scan));
+  return met;
+}
+
 std::string archive_place(const Job& job) {
   return job.archive_mark.line > 0 ? document::place(job.path, job.archive_mark) : job.path;
 }
@@ -113,13 +121,19 @@ Result<Selection> select_scans(const Job& job, std::span<const std::string> only
 
   Lines lines;
   const Idle idle = idle_patterns(job, only, selection.all_names);
+  std::map<std::vector<bool>, std::shared_ptr<const document::Node>> resolved;
   for (std::size_t i = 0; i < tasks.size(); ++i) {
     if (!matches_any(job.scans, tasks[i].name) || !matches_any(only, tasks[i].name)) continue;
-    auto what = work.resolve(what_of(job, tasks[i].name, work), job.path);
-    if (!what)
-      lines.add(what.error().text());
-    else
-      selection.scans.push_back({i, tasks[i], *std::move(what)});
+    std::shared_ptr<const document::Node>& what = resolved[overrides_of(job, tasks[i].name)];
+    if (!what) {
+      auto keys = work.resolve(what_of(job, tasks[i].name, work), job.path);
+      if (!keys) {
+        lines.add(keys.error().text());
+        continue;
+      }
+      what = std::make_shared<const document::Node>(*std::move(keys));
+    }
+    selection.scans.push_back({i, tasks[i], what});
   }
   check_nesting(selection.scans, job.path, lines);
   if (!lines.list.empty()) return fail(Code::BadParameter, lines.text());

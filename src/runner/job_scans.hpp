@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The scans a job selects from its archive, each with the complete keys it is made with.
 #pragma once
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -13,7 +14,7 @@ namespace scanmill::runner {
 struct SelectedScan {
   std::size_t number = 0;  // in the archive
   ScanTask task;
-  document::Node what;  // resolved
+  std::shared_ptr<const document::Node> what;  // resolved; scans with the same keys share one
 };
 
 struct Selection {

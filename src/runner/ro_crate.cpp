@@ -63,8 +63,23 @@ Node file_entity(const std::string& id, const char* type, const std::string& nam
   return node;
 }
 
+/// The entities of the graph, a line each.
+class Graph {
+ public:
+  explicit Graph(std::string& out) : out_(out) {}
+  void push(const Node& entity) {
+    out_ += first_ ? "\n" : ",\n";
+    out_ += document::to_json(entity);
+    first_ = false;
+  }
+
+ private:
+  std::string& out_;
+  bool first_ = true;
+};
+
 /// The action of a scan; its files go to the graph and, where they lie in the tree, to the parts of the whole.
-Node action_of(const RunReport& report, const CrateScan& scan, Node& graph, Node& parts) {
+Node action_of(const RunReport& report, const CrateScan& scan, Graph& graph, Node& parts) {
   Node action = entity("#scan/" + uri_of(scan.name), "CreateAction");
   action.set("name", "mesh and record of scan " + scan.name);
   action.set("instrument", reference("#scanmill"));
@@ -94,9 +109,15 @@ Node action_of(const RunReport& report, const CrateScan& scan, Node& graph, Node
 
 }  // namespace
 
-Node ro_crate_of(const RunReport& report, const std::vector<CrateScan>& scans,
-                 const std::vector<std::string>& files_of_run) {
-  Node graph = Node::sequence(), parts = Node::sequence(), actions = Node::sequence();
+std::string ro_crate_text(const RunReport& report, ResultOf result_of, const std::vector<std::string>& files_of_run) {
+  Node own = Node::map();
+  own.set("sha256", "https://schema.org/sha256");
+  Node context = Node::sequence();
+  context.push("https://w3id.org/ro/crate/1.1/context");
+  context.push(std::move(own));
+  std::string text = "{\"@context\": " + document::to_json(context) + ",\n\"@graph\": [";
+  Graph graph(text);
+  Node parts = Node::sequence(), actions = Node::sequence();
   Node metadata = entity("ro-crate-metadata.json", "CreativeWork");
   metadata.set("about", reference("./"));
   metadata.set("conformsTo", reference("https://w3id.org/ro/crate/1.1"));
@@ -116,29 +137,25 @@ Node ro_crate_of(const RunReport& report, const std::vector<CrateScan>& scans,
     file.set("encodingFormat", media_type_of(name));
     graph.push(std::move(file));
   }
-  for (const CrateScan& scan : scans) {
-    Node action = action_of(report, scan, graph, parts);
-    actions.push(reference("#scan/" + uri_of(scan.name)));
-    graph.push(std::move(action));
+  std::uint64_t scans = 0;
+  for (const ScanEntry& entry : report.scans) {
+    const auto scan = result_of(entry);
+    if (!scan) continue;
+    ++scans;
+    Node action = action_of(report, *scan, graph, parts);
+    actions.push(reference("#scan/" + uri_of(scan->name)));
+    graph.push(action);
   }
   Node root = entity("./", "Dataset");
   root.set("name", "scanmill run of " + report.job_path);
-  root.set("description", counted(scans.size(), "scan") + " with mesh, record and report");
+  root.set("description", counted(scans, "scan") + " with mesh, record and report");
   root.set("datePublished", report.ended);
   root.set("license", "not stated: the files belong to whoever made the scans");
   root.set("conformsTo", reference(kProfile));
   root.set("hasPart", std::move(parts));
   root.set("mentions", std::move(actions));
   graph.push(std::move(root));
-  Node own = Node::map();
-  own.set("sha256", "https://schema.org/sha256");
-  Node context = Node::sequence();
-  context.push("https://w3id.org/ro/crate/1.1/context");
-  context.push(std::move(own));
-  Node crate = Node::map();
-  crate.set("@context", std::move(context));
-  crate.set("@graph", std::move(graph));
-  return crate;
+  return text + "\n]}\n";
 }
 
 }  // namespace scanmill::runner

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // ro-crate-metadata.json: what an archive's catalogue reads of a run (RO-Crate 1.1, Process Run Crate 0.5).
 #pragma once
+#include <optional>
 #include <string>
 #include <vector>
 
-#include "document/document.hpp"
+#include "base/context.hpp"
 #include "runner/run_report.hpp"
 #include "runner/scan_state.hpp"
 
@@ -17,9 +18,12 @@ struct CrateScan {
   ScanState state;
 };
 
-/// One CreateAction per scan with its inputs and outputs, all with SHA-256 and size; paths are relative to the output
-/// tree. `files_of_run`: others of the tree, by name.
-document::Node ro_crate_of(const RunReport& report, const std::vector<CrateScan>& scans,
-                           const std::vector<std::string>& files_of_run);
+/// The result of a scan of the report, if there is one.
+using ResultOf = FunctionRef<std::optional<CrateScan>(const ScanEntry&)>;
+
+/// The JSON text, an entity a line: one CreateAction per scan with its inputs and outputs, all with SHA-256 and size;
+/// paths are relative to the output tree. `files_of_run`: others of the tree, by name. One result at a time is in
+/// memory.
+std::string ro_crate_text(const RunReport& report, ResultOf result_of, const std::vector<std::string>& files_of_run);
 
 }  // namespace scanmill::runner

@@ -20,6 +20,9 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
+constexpr std::uint64_t kReadAtOnce = 1 << 20;  // bytes: hashing them takes less than a process does
+constexpr const char* kFromRecord = "outputs changed: written again from the record";
+
 double seconds_since(Clock::time_point begin) { return std::chrono::duration<double>(Clock::now() - begin).count(); }
 
 template <class F>
@@ -100,7 +103,8 @@ Result<Attempt> attempt_from(const Node& tree) {
 bool ScanMaker::settle(const SelectedScan& scan, const Fingerprint& fingerprint, const std::optional<ScanState>& state,
                        ScanEntry& entry) const {
   const std::string& name = scan.task.name;
-  entry.why = reasons_to_run(state, frame_.tree.scan(name), fingerprint, scan.what);
+  entry.why = reasons_to_run(state, frame_.tree.scan(name), fingerprint, *scan.what);
+  if (!entry.why.empty() && mesh_stands(state, fingerprint)) entry.why.push_back(kFromRecord);
   if (entry.why.empty()) {
     entry.fate = ScanFate::Unchanged;
     entry.counts = state->counts;
@@ -120,11 +124,13 @@ bool ScanMaker::settle(const SelectedScan& scan, const Fingerprint& fingerprint,
 }
 
 Judgement ScanMaker::judge(const SelectedScan& scan, ScanEntry entry) const {
-  const auto fingerprint = frame_.work.known_fingerprint(scan.number, scan.what);
+  const auto state = load_state(frame_.tree.scan(scan.task.name));
+  auto fingerprint = frame_.work.known_fingerprint(scan.number, *scan.what);
+  if (!fingerprint && state && frame_.work.look_at(scan.number).bytes <= kReadAtOnce)
+    if (auto read = frame_.work.fingerprint(scan.number, *scan.what)) fingerprint = *std::move(read);
   Judgement judgement;
   judgement.entry = std::move(entry);
-  if (fingerprint)
-    judgement.needs_work = !settle(scan, *fingerprint, load_state(frame_.tree.scan(scan.task.name)), judgement.entry);
+  if (fingerprint) judgement.needs_work = !settle(scan, *fingerprint, state, judgement.entry);
   return judgement;
 }
 
@@ -138,7 +144,7 @@ Attempt ScanMaker::make(const SelectedScan& scan, ScanEntry entry, int threads, 
   std::string latest;
   StageWatch watch(progress, latest);
   watch.stage("check inputs", 0, 0);
-  auto fingerprint = frame_.work.fingerprint(scan.number, scan.what);
+  auto fingerprint = frame_.work.fingerprint(scan.number, *scan.what);
   const auto state = load_state(frame_.tree.scan(name));
   if (fingerprint) {
     result.fingerprint = fingerprint->value;
@@ -190,7 +196,7 @@ Result<std::unique_ptr<ScanLog>> ScanMaker::begin_log(const SelectedScan& scan, 
             frame_.host + ", " + counted(static_cast<std::uint64_t>(threads), "thread") +
             (entry.attempts > 1 ? ", attempt " + std::to_string(entry.attempts) : ""));
   log->line("why: " + joined_lines(entry.why, "; "));
-  log->line("what: " + document::to_canonical_json(scan.what));
+  log->line("what: " + document::to_canonical_json(*scan.what));
   return log;
 }
 
@@ -222,10 +228,20 @@ Result<void> ScanMaker::attempt(const SelectedScan& scan, const Fingerprint& fin
 
 Result<void> ScanMaker::fill(const SelectedScan& scan, const Fingerprint& fingerprint, const std::string& folder,
                              ScanEntry& entry, int threads, std::uint64_t memory, Progress& progress) const {
-  auto outcome = guarded(memory, frame_.cap, [&] {
+  auto outcome = guarded(memory, frame_.cap, [&]() -> Result<Outcome> {
     act_on_test_fault(scan.task.name);
     const ChunkLoop loop(threads);
-    return frame_.work.run(scan.number, scan.what, folder, {loop, frame_.stop.flag}, progress);
+    const Context context{loop, frame_.stop.flag};
+    const std::string standing = frame_.tree.scan(scan.task.name);
+    if (const auto state = load_state(standing); mesh_stands(state, fingerprint)) {
+      std::string refusal;
+      TRY_ASSIGN(auto again, frame_.work.rewrite(scan.number, *scan.what, standing, state->outputs, folder, context,
+                                                 progress, refusal));
+      if (again) return *std::move(again);
+      std::erase(entry.why, kFromRecord);
+      entry.notes.push_back("meshed again, the earlier record is of no use: " + refusal);
+    }
+    return frame_.work.run(scan.number, *scan.what, folder, context, progress);
   });
   if (!outcome) return std::move(outcome).error();
   entry.notes.insert(entry.notes.end(), outcome->notes.begin(), outcome->notes.end());
@@ -233,11 +249,11 @@ Result<void> ScanMaker::fill(const SelectedScan& scan, const Fingerprint& finger
   entry.record_identity = outcome->record_identity;
   entry.stage_seconds = outcome->stage_seconds;
   entry.failed_gates = outcome->failed_gates;
-  TRY_ASSIGN(const Fingerprint after, frame_.work.fingerprint(scan.number, scan.what));
+  TRY_ASSIGN(const Fingerprint after, frame_.work.fingerprint(scan.number, *scan.what));
   if (after.value != fingerprint.value)
     return fail(Code::BadInput, "an input changed while the scan was made; run again when its writer has finished",
                 scan.task.name);
-  ScanState state{fingerprint, scan.what, outcome->counts, outcome->record_identity, outcome->failed_gates, {}};
+  ScanState state{fingerprint, *scan.what, outcome->counts, outcome->record_identity, outcome->failed_gates, {}};
   return save_state(state, folder);
 }
 

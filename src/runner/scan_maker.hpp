@@ -48,7 +48,8 @@ class ScanMaker {
   };
   explicit ScanMaker(Frame frame) : frame_(std::move(frame)) {}
 
-  /// Reads no input: unchanged, quarantined, or in need of work (with the reasons as far as they are known).
+  /// Reads no input, but for small ones of a scan that has a result: unchanged, quarantined, or in need of work (with
+  /// the reasons as far as they are known).
   Judgement judge(const SelectedScan& scan, ScanEntry entry) const;
   /// Reads the inputs, and makes the scan when something changed. `memory` is the cap, for messages.
   Attempt make(const SelectedScan& scan, ScanEntry entry, int threads, std::uint64_t memory, Progress& progress) const;

@@ -26,6 +26,7 @@ Node to_document(const ScanState& state) {
   Node tree = Node::map();
   tree.set("scanmill_state", 1);
   tree.set("fingerprint", state.fingerprint.value);
+  tree.set("mesh_fingerprint", state.fingerprint.mesh);
   tree.set("record", state.record_identity);
   tree.set("what", state.what);
   tree.set("counts", state.counts);
@@ -120,6 +121,7 @@ std::optional<ScanState> load_state(const std::string& folder) {
   if (!tree || count_of(*tree, "scanmill_state") != 1) return std::nullopt;
   ScanState state;
   state.fingerprint.value = text_of(*tree, "fingerprint");
+  state.fingerprint.mesh = text_of(*tree, "mesh_fingerprint");
   state.record_identity = text_of(*tree, "record");
   if (const Node* what = tree->find("what")) state.what = *what;
   if (const Node* counts = tree->find("counts")) state.counts = *counts;
@@ -170,6 +172,10 @@ std::vector<std::string> reasons_to_run(const std::optional<ScanState>& state, c
                         std::to_string(output.bytes));
   }
   return reasons;
+}
+
+bool mesh_stands(const std::optional<ScanState>& state, const Fingerprint& fingerprint) {
+  return state && !fingerprint.mesh.empty() && state->fingerprint.mesh == fingerprint.mesh;
 }
 
 }  // namespace scanmill::runner

@@ -15,12 +15,6 @@ namespace scanmill::runner {
 
 inline constexpr const char* kStateFile = ".state.json";
 
-struct OutputFile {
-  std::string name;
-  std::uint64_t bytes = 0;
-  std::string sha256;
-};
-
 struct ScanState {
   Fingerprint fingerprint;
   document::Node what;  // resolved
@@ -38,5 +32,8 @@ Result<void> save_state(ScanState& state, const std::string& folder);
 /// Why the scan must run: one phrase each; empty when the folder holds the result of exactly this work.
 std::vector<std::string> reasons_to_run(const std::optional<ScanState>& state, const std::string& folder,
                                         const Fingerprint& fingerprint, const document::Node& what);
+
+/// Whether the mesh of the folder's record is that of this work, so that files can be made from it.
+bool mesh_stands(const std::optional<ScanState>& state, const Fingerprint& fingerprint);
 
 }  // namespace scanmill::runner

@@ -388,7 +388,7 @@ void Scheduler::finish_scan(const WorkItem& item, const Ended& ended, const std:
     std::string known = fingerprint;
     if (known.empty() && !ended.attempt)
       if (const auto now =
-              p_.work.fingerprint(p_.selection.scans[item.scan].number, p_.selection.scans[item.scan].what))
+              p_.work.fingerprint(p_.selection.scans[item.scan].number, *p_.selection.scans[item.scan].what))
         known = now->value;
     if (!known.empty())
       p_.quarantine.add(entry.name, {known, entry.error.text(), entry.failure, utc_now(), entry.attempts,

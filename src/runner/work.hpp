@@ -41,6 +41,7 @@ struct InputFile {
 /// Everything that decides the bytes of a scan's result; `value` is the digest of all of it.
 struct Fingerprint {
   std::string value;
+  std::string mesh;  // of all but the outputs and gates: equal ones make the same mesh
   std::vector<InputFile> inputs;
   std::vector<std::pair<std::string, std::string>> versions;  // stage, version
 };
@@ -57,6 +58,13 @@ struct Outcome {
   std::vector<std::string> failed_gates;  // one sentence each; the files stay, marked as rejected
   std::string record_identity;
   std::vector<std::pair<std::string, double>> stage_seconds;
+};
+
+/// A file of a scan's folder.
+struct OutputFile {
+  std::string name;
+  std::uint64_t bytes = 0;
+  std::string sha256;
 };
 
 class Work {
@@ -79,6 +87,16 @@ class Work {
   /// Writes the scan's files, complete and synced, into the empty `folder`.
   virtual Result<Outcome> run(std::size_t scan, const document::Node& resolved, const std::string& folder,
                               const Context& context, Progress& progress) = 0;
+  /// The same files from an earlier result with the same Fingerprint::mesh that lies in `standing`, when only outputs
+  /// or gates changed. Nothing when the earlier files cannot serve: `refusal` says why, and `folder` is still empty.
+  virtual Result<std::optional<Outcome>> rewrite(std::size_t /*scan*/, const document::Node& /*resolved*/,
+                                                 const std::string& /*standing*/,
+                                                 const std::vector<OutputFile>& /*files*/,
+                                                 const std::string& /*folder*/, const Context& /*context*/,
+                                                 Progress& /*progress*/, std::string& refusal) {
+    refusal = "this work cannot do so";
+    return std::optional<Outcome>();
+  }
   /// Known content hashes, kept between runs.
   virtual void load_hashes(std::string_view text) = 0;
   virtual std::string save_hashes() const = 0;

@@ -283,12 +283,18 @@ Result<Report> verify_mesh(const Mesh& mesh, const PointSource& points, const Te
   report.fit_error_mm = report.all.max_mm;
   report.sensor_accuracy_mm = terms.sensor_accuracy_mm;
   report.total_error_mm = report.fit_error_mm + report.sensor_accuracy_mm;
-  auto gate = [&](const char* name, const std::optional<double>& limit, double found) {
-    if (limit) report.gates.push_back({name, *limit, found, found <= *limit});
-  };
-  gate("max_error_mm", params.max_error_mm, report.all.max_mm);
-  gate("rms_mm", params.rms_mm, report.all.rms_mm);
+  report.gates = gates_of(params, report.all.max_mm, report.all.rms_mm);
   return report;
+}
+
+std::vector<Gate> gates_of(const Params& params, double max_mm, double rms_mm) {
+  std::vector<Gate> gates;
+  auto gate = [&](const char* name, const std::optional<double>& limit, double found) {
+    if (limit) gates.push_back({name, *limit, found, found <= *limit});
+  };
+  gate("max_error_mm", params.max_error_mm, max_mm);
+  gate("rms_mm", params.rms_mm, rms_mm);
+  return gates;
 }
 
 }  // namespace scanmill::verify

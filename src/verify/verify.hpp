@@ -6,6 +6,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "base/context.hpp"
 #include "base/result.hpp"
@@ -49,5 +50,8 @@ struct Terms {
 /// source   signs: Baerentzen and Aanaes 2005
 Result<Report> verify_mesh(const Mesh& mesh, const PointSource& points, const Terms& terms, const Params& params,
                            const Context& context);
+
+/// The job's limits against what was found: of all judged points the greatest distance and the rms.
+std::vector<Gate> gates_of(const Params& params, double max_mm, double rms_mm);
 
 }  // namespace scanmill::verify

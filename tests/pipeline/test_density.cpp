@@ -96,7 +96,7 @@ TEST(Density, TimesStagesUnderTheNamesThatProgressTells) {
   ASSERT_TRUE(run.ok()) << run.error().text();
   std::string names;
   for (const auto& stage : run->stage_seconds) names += stage.first + " ";
-  EXPECT_EQ(names, "open reduce stars complete merge grow optimise verify export record pictures report ");
+  EXPECT_EQ(names, "open reduce stars complete merge grow optimise verify hash inputs export record pictures report ");
 }
 
 TEST(Density, WritesTwoDigits) {

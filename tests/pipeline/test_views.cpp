@@ -176,7 +176,8 @@ TEST(Views, OfOneScanLeaveTheFingerprintsOfOthersAlone) {
   auto fingerprint = [&](const std::string& text, std::size_t number) {
     const auto found = discover(folder.path(), keys_of(text));
     EXPECT_TRUE(found.ok()) << found.error().text();
-    return *fingerprint_of(folder.path(), found->scans[number], *what(text), cache);
+    return digests_of(folder.path(), found->scans[number], key_texts(*what(text), found->scans[number].name), cache)
+        ->all;
   };
   const std::string none = "units: m\n", with = "units: m\nviews:\n  - {name: v, files: b.xyz, poses: p.txt}\n";
   EXPECT_EQ(fingerprint(none, 0), fingerprint(with, 0));

@@ -9,6 +9,7 @@
 
 #include "provenance/record.hpp"
 #include "provenance/sample/sample_record.hpp"
+#include "provenance/stored_record.hpp"
 
 namespace scanmill::provenance {
 namespace {
@@ -144,6 +145,38 @@ TEST_F(RecordFile, RefusesArraysThatDoNotBelongTogether) {
 TEST_F(RecordFile, LeavesNothingAndExitsCleanlyWhenTheDiskIsFull) {
   const std::string line = "^[^\n]*full.h5: HDF5 could not [^\n]*: File too large\n$";
   EXPECT_EXIT(write_under_size_limit(scan_.record, path("full.h5")), testing::ExitedWithCode(0), line);
+}
+
+TEST_F(RecordFile, ReadBackAndWrittenAgainIsTheSameFile) {
+  Record& r = scan_.record;
+  r.stray_rows = {3, 5};
+  r.patch_fits = {{0, 12, 0.5, 0.1, 0.05, -0.01, 0.5, 0.25}, {1, 7, 1e-300, 0, 0, 0, 0, 0}};
+  r.worst = {{{1, 2, 3}, -0.5, {ViewId{2}, 1ull << 40}, 1, true}, {{4, 5, 6}, 0.25, {ViewId{0}, 3}, 0, false}};
+  r.worst_interior = {r.worst[1]};
+  r.histogram.assign(130, 4);
+  r.note_kinds = {NoteKind::Warning, NoteKind::Output};
+  r.counters.push_back({"verify", "of a stage without a version", 0.1, false});
+  for (std::size_t v = 0; v < scan_.mesh.positions.size(); ++v) {
+    r.vertex_error.push_back(static_cast<float>(v));
+    r.vertex_error_rms.push_back(0.5f);
+  }
+  const std::string identity = write("a.h5");
+  auto stored = read_record(path("a.h5"));
+  ASSERT_TRUE(stored.ok()) << stored.error().text();
+  EXPECT_EQ(stored->identity, identity);
+  EXPECT_EQ(stored->record.source, r.source);
+  EXPECT_EQ(stored->mesh->positions, scan_.mesh.positions);
+  stored->record.description_text = r.description_text;
+  const auto again = write_record(stored->record, path("b.h5"));
+  ASSERT_TRUE(again.ok()) << again.error().text();
+  EXPECT_EQ(*again, identity);
+  EXPECT_TRUE(bytes_of(path("a.h5")) == bytes_of(path("b.h5")));
+}
+
+TEST_F(RecordFile, OfAnEarlierLayoutIsNotReadBack) {
+  const auto kept = read_record(std::string(SCANMILL_SOURCE_DIR) + "/tests/provenance/kept/record-1.h5");
+  ASSERT_FALSE(kept.ok());
+  EXPECT_EQ(kept.error().code, Code::BadInput);
 }
 
 TEST_F(RecordFile, SaysWhatIsWrongWithAForeignFile) {
