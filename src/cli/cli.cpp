@@ -11,6 +11,7 @@
 #include "cli/commands.hpp"
 #include "cli/plan_commands.hpp"
 #include "cli/schemas.hpp"
+#include "cli/simulate_options.hpp"
 #include "cli/stage_options.hpp"
 #include "cli/versions.hpp"
 #include "pipeline/audit.hpp"
@@ -52,12 +53,12 @@ struct Options {
   runner::RunOptions run;
   StageOptions reduce, mesh, optimise, verify, compare, render, info, cloud, bench, none;
   std::vector<std::string> inputs;
-  std::string input, second, output, object, schema;
+  std::string input, second, output, schema;
   pipeline::PictureChoice picture;
   pipeline::BenchChoice timing;
   pipeline::ReplayChoice replay;
   PlanOptions plan;
-  std::uint64_t seed = 1;
+  SimulateOptions simulate;
   bool as_is = false, as_points = false;
   pipeline::MeshForm form;
   pipeline::AuditChoice audit;
@@ -178,11 +179,8 @@ void add_tool_commands(CLI::App& app, Options& options) {
   audit.add_option("--archive", options.audit.archive, "Folder with the inputs; run.json of the output tree says it.");
   audit.add_flag("--rerun", options.audit.rerun, "Make the scan again from record and archive alone, and compare.");
   CLI::App& simulate =
-      command(app, options, "simulate", "Views of a built-in object from the stations of a scan plan.");
-  simulate.add_option("plan", options.input, "Scan plan.")->required();
-  simulate.add_option("--object", options.object, "figurine, handset, sphere, torus or cube.")->required();
-  simulate.add_option("--out", options.output, "Folder for the views and the plan.")->required();
-  simulate.add_option("--seed", options.seed, "Seed of the noise.");
+      command(app, options, "simulate", "Views of an object from the stations of a scan plan, as a rig would take them.");
+  options.simulate.add_to(simulate);
   CLI::App& replay =
       command(app, options, "replay", "The motions of a scan plan offline: limits, times, poses, cloud.");
   replay.add_option("plan", options.input, "Scan plan.")->required();
@@ -259,7 +257,7 @@ Result<pipeline::ToolReport> run_stage(const std::string& name, const Options& o
                                        const Context& context, Progress& progress) {
   if (name == "init")
     return pipeline::write_first_job(o.input, o.output.empty() ? "job.yaml" : o.output, context, progress);
-  if (name == "simulate") return pipeline::simulate_plan(o.input, o.object, o.output, o.seed, context, progress);
+  if (name == "simulate") return o.simulate.run(context, progress);
   if (name.starts_with("plan ")) return o.plan.run(name.substr(5), context, progress);
   if (name == "replay") return pipeline::replay_plan(o.input, o.output, o.replay, context, progress);
   if (name == "reduce") return pipeline::reduce_to_file(o.inputs, what, o.output, context, progress);
