@@ -12,6 +12,7 @@
 #include "pipeline/density.hpp"
 #include "pipeline/judge_scan.hpp"
 #include "pipeline/mesh_files.hpp"
+#include "pipeline/refine_scan.hpp"
 #include "pipeline/scan_page.hpp"
 #include "pipeline/scan_pictures.hpp"
 #include "pipeline/scan_points.hpp"
@@ -136,6 +137,7 @@ Result<std::string> fingerprint_of(const std::string& archive, const ScanSpec& s
   };
   for (const auto& [stage, version] : stage_versions()) line(stage + " " + version);
   line(document::to_canonical_json(to_document(what_for(what, scan.name))));
+  if (what.refine.poses) line("refine 1");
   line(scan.name);
   if (!scan.description.empty()) {
     TRY_ASSIGN(const HashCache::Entry entry, cache.entry_of(archive + "/" + scan.description, scan.description));
@@ -165,6 +167,12 @@ Result<ScanResult> run_scan(const std::string& archive, const ScanSpec& scan, co
     for (const std::string& note : view.header.notes) result.notes.push_back(view.path + ": " + note);
   clock.lap("open");
 
+  auto moved = refine_scan(*points, scan, what, context, progress);
+  if (!moved.ok()) return name_file(std::move(moved).error(), scan);
+  const RefinedScan refined = std::move(moved).value();
+  add_refine_notes(refined, *points, result.notes);
+  if (refined.report) clock.lap("refine");
+
   auto clean = clean_scan(*points, what, context, progress);
   if (!clean.ok()) return name_file(std::move(clean).error(), scan);
   const CleanedScan cleaned = std::move(clean).value();
@@ -185,6 +193,7 @@ Result<ScanResult> run_scan(const std::string& archive, const ScanSpec& scan, co
   if (!meshed.ok()) return name_file(std::move(meshed).error(), scan);
   ScanResults all{archive, scan, what, *points, cleaned, std::move(reduction), std::move(meshed).value(), {}, {}, {},
                   0,       {},   {},   {},      {}};
+  all.refined = &refined;
   MeshedSurface& surface = all.surface;
   timed.end();
 
@@ -213,6 +222,10 @@ Result<ScanResult> run_scan(const std::string& archive, const ScanSpec& scan, co
   }
   TRY_ASSIGN(std::vector<WrittenFile> sheets, write_section_files(all.sections, folder));
   for (WrittenFile& sheet : sheets) all.outputs.push_back(std::move(sheet));
+  if (refined.report) {
+    TRY_ASSIGN(WrittenFile motions, write_refinement(refined, *points, folder));
+    all.outputs.push_back(std::move(motions));
+  }
   clock.lap("export");
 
   add_clean_notes(cleaned, result.notes);

@@ -139,6 +139,17 @@ const std::vector<OpenView>& ScanPoints::views() const { return impl_->views; }
 const std::vector<ViewSpec>& ScanPoints::specs() const { return impl_->specs; }
 double ScanPoints::units_mm() const { return impl_->units; }
 
+void ScanPoints::move_views(std::span<const Pose> poses) {
+  for (std::size_t i = 0; i < impl_->views.size(); ++i) {
+    OpenView& view = impl_->views[i];
+    const Pose& pose = poses[index_of(view.id)];
+    if (pose == view.pose) continue;
+    view.view_point = to_global(view.view_point, pose.after(view.pose.inverse()));
+    view.pose = pose;
+    impl_->sources[i].is_identity = false;
+  }
+}
+
 Result<void> ScanPoints::read_block(std::size_t number, PointBlock& out) const {
   const auto behind =
       std::upper_bound(impl_->sources.begin(), impl_->sources.end(), number,

@@ -41,6 +41,7 @@ struct ScanResults {
   std::vector<std::string> warnings;  // of the notes: what puts the result in doubt
   std::vector<WrittenFile> outputs;   // the mesh files and those of sections
   std::vector<Section> sections{};
+  const struct RefinedScan* refined = nullptr;
 };
 
 }  // namespace scanmill::pipeline

@@ -49,6 +49,13 @@ struct StrayEntry {  // a dropped component
   Vec3 size;
 };
 
+/// Two views that see the same surface: their gap where the machine puts them, and where they were moved to, mm.
+struct PosePair {
+  std::uint32_t a = 0, b = 0;  // view ids
+  std::uint64_t matches = 0;
+  double before_mm = 0, after_mm = 0;
+};
+
 /// Everything a record holds; arrays by value or span as convenient. All rows in ascending bin key.
 struct Record {
   std::string scan;                                                    // name
@@ -73,7 +80,9 @@ struct Record {
   std::vector<std::uint32_t> growth_rank;                 // per triangle; may be empty
   std::vector<BorderLoop> loops;
   std::vector<StrayEntry> strays;
-  std::vector<Section> sections;  // may be empty: nothing of them is written then
+  std::vector<Section> sections;                   // may be empty: nothing of them is written then
+  std::vector<PosePair> pose_pairs;                // with told_poses: views were moved; else nothing of it is written
+  std::vector<std::array<double, 16>> told_poses;  // of the inputs: where the machine puts them; row-major, mm
   std::vector<Counter> counters;
   std::vector<std::string> notes;
   std::vector<std::pair<std::string, std::string>> stage_versions;  // stage name, version

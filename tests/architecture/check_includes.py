@@ -14,7 +14,7 @@ LAYERS = [
     ["base", "document"],
     ["geom", "timing"],
     ["cloud", "mesh", "lattice"],
-    ["plan", "simulate", "clean", "reduce", "stars", "grow", "front", "merge", "optimise", "verify"],
+    ["plan", "simulate", "refine", "clean", "reduce", "stars", "grow", "front", "merge", "optimise", "verify"],
     ["formats", "export", "render", "report", "provenance", "store"],
     ["pipeline"],
     ["runner"],

@@ -8,7 +8,10 @@ import subprocess
 import sys
 import tempfile
 
-from virtual_scanner import cloud_of, plan_file, run
+import h5py
+import numpy
+
+from virtual_scanner import ROOT, cloud_of, plan_file, run
 
 SOLID_ERROR = os.environ["SOLID_ERROR"]
 NOISE = 0.025
@@ -78,7 +81,65 @@ def full(work):
     loop(work, (700, 500), 0.4)
 
 
-CASES = {f.__name__: f for f in (coarse, full)}
+REFINE = "refine: {poses: true, max_shift_mm: 0.12, max_turn_deg: 0.06, datum: %s}\n"
+
+
+def refined_loop(work, pixels, bin_mm):
+    """Stations 0.1 mm and 0.05 deg off. What all views share no view can tell: without datum only the shape comes back
+    (moved_rms_mm: after the rigid motion that brings the mesh nearest), on the fixture as datum the place as well."""
+    scanned(work, "free", pixels)
+    scanned(work, "off", pixels, "--station-mm", 0.1, "--station-deg", 0.05)
+    errors = {"free": made(work, "free", bin_mm)[1], "off": made(work, "off", bin_mm)[1]}
+    for datum in ("false", "true"):
+        os.rename(f"{work}/off.out", f"{work}/off.out.{datum}")
+        folder, errors[datum] = made(work, "off", bin_mm, REFINE % datum)
+        told = json.load(open(f"{folder}/refinement.json"))
+        assert told["settled"] and len(told["views"]) == 20 and len(told["pairs"]) > 100, told["rounds"]
+        assert told["gap_before_mm"] > 5 * told["gap_after_mm"], told
+        for view in told["views"]:
+            assert view["shift_mm"] <= 0.12 * (1 + 1e-9) and view["turn_deg"] <= 0.06 * (1 + 1e-6), view
+        worse = [p for p in told["pairs"] if p["before_mm"] and p["matches"] > 100 and p["after_mm"] > p["before_mm"]]
+        assert not worse, worse
+        with h5py.File(f"{folder}/record.h5") as record:
+            group = record["refinement"]
+            assert len(group["told_pose"]) == 20 and len(group["a"]) == len(told["pairs"])
+            assert (group["after_mm"][:] == [p["after_mm"] for p in told["pairs"]]).all()
+            assert numpy.abs(record["inputs/pose"][:] - group["told_pose"][:]).max() > 0.02
+        assert any(n.startswith("refine: views were moved") for n in json.load(open(f"{work}/off.out/run.json"))["scans"][0]["notes"])
+    for name, error in errors.items():
+        print(f"bins {bin_mm} mm, {name}: {error}")
+    assert errors["false"]["moved_rms_mm"] <= 1.3 * errors["free"]["moved_rms_mm"]
+    assert errors["true"]["rms_mm"] <= 1.3 * errors["free"]["rms_mm"]
+    assert errors["off"]["moved_rms_mm"] > 1.3 * errors["free"]["moved_rms_mm"]
+
+
+def refined_coarse(work):
+    refined_loop(work, (210, 150), 1.0)
+    # The record leads back to the rows of the views, though they were moved.
+    subprocess.run([sys.executable, f"{ROOT}/tests/provenance/check_record.py", f"{work}/off.out/scans/mill/record.h5",
+                    "--archive", f"{work}/off"], check=True, stdout=subprocess.DEVNULL)
+    run("audit", f"{work}/off.out/scans/mill", "--rerun")
+    # The same bytes for any threads.
+    first = open(f"{work}/off.out/scans/mill/record.h5", "rb").read()
+    for threads in (1, 7):
+        run("run", f"{work}/off.yaml", "--out", f"{work}/t{threads}", "--threads", threads)
+        assert open(f"{work}/t{threads}/scans/mill/record.h5", "rb").read() == first, threads
+    # The plan's own accuracy, 0.01 mm and 0.02 deg a joint, is less than the stations are off: views stop there.
+    folder, _ = made(work, "off", 1.0, "refine: {poses: true}\n")
+    told = json.load(open(f"{folder}/refinement.json"))
+    assert 0.03 < told["max_shift_mm"] < 0.2 and abs(told["max_turn_deg"] - 0.04) < 1e-12, told["max_shift_mm"]
+    assert sum(view["at_limit"] for view in told["views"]) > 10
+    # Without a machine nobody knows how far it may be off.
+    text = open(f"{work}/off/mill.yaml").read()
+    open(f"{work}/off/mill.yaml", "w").write(text.replace("accuracy: 0.01", "accuracy: 0").replace("accuracy: 0.02", "accuracy: 0"))
+    assert "how far the machine may be off is not known" in run("run", f"{work}/off.yaml", "--out", f"{work}/x", want=3)
+
+
+def refined_full(work):
+    refined_loop(work, (700, 500), 0.4)
+
+
+CASES = {f.__name__: f for f in (coarse, full, refined_coarse, refined_full)}
 
 if __name__ == "__main__":
     with tempfile.TemporaryDirectory(prefix="scanmill-loop-") as folder:
