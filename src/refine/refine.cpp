@@ -8,7 +8,7 @@
 #include <array>
 #include <cmath>
 
-#include "refine/envelope.hpp"
+#include "geom/envelope.hpp"
 #include "refine/matches.hpp"
 
 namespace scanmill::refine {

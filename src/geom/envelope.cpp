@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "refine/envelope.hpp"
+#include "geom/envelope.hpp"
 
 #include <algorithm>
 
-namespace scanmill::refine {
+namespace scanmill {
 
 Envelope::Envelope(std::vector<std::size_t> first) : first_(std::move(first)) {
   std::size_t used = 0;
@@ -42,4 +42,4 @@ void Envelope::solve(std::vector<double>& b) const {
     for (std::size_t k = first_[i]; k < i; ++k) b[k] -= at(i, k) * b[i];
 }
 
-}  // namespace scanmill::refine
+}  // namespace scanmill

@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <vector>
 
-namespace scanmill::refine {
+namespace scanmill {
 
 /// Lower triangle by rows, row i from column first[i] on; Cholesky's L D L^T in place (George and Liu 1981, chapter 4):
 /// what is zero before the first entry of a row stays zero. Fixed order, no pivots, only + - * /.
@@ -29,4 +29,4 @@ class Envelope {
   std::vector<double> values_;
 };
 
-}  // namespace scanmill::refine
+}  // namespace scanmill
