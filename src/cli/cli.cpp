@@ -16,6 +16,7 @@
 #include "cli/versions.hpp"
 #include "pipeline/audit.hpp"
 #include "pipeline/bench_stages.hpp"
+#include "pipeline/fringe_files.hpp"
 #include "pipeline/mesh_tools.hpp"
 #include "pipeline/replay_plan.hpp"
 #include "runner/console.hpp"
@@ -181,6 +182,9 @@ void add_tool_commands(CLI::App& app, Options& options) {
   CLI::App& simulate =
       command(app, options, "simulate", "Views of an object from the stations of a scan plan, as a rig would take them.");
   options.simulate.add_to(simulate);
+  CLI::App& fringes = command(app, options, "fringes", "Fringe pictures to phases, a quality mask and a range map.");
+  fringes.add_option("description", options.input, "Text that names the pictures (docs/formats.md).")->required();
+  fringes.add_option("-o,--out", options.output, "Folder to write.")->required();
   CLI::App& replay =
       command(app, options, "replay", "The motions of a scan plan offline: limits, times, poses, cloud.");
   replay.add_option("plan", options.input, "Scan plan.")->required();
@@ -257,6 +261,7 @@ Result<pipeline::ToolReport> run_stage(const std::string& name, const Options& o
                                        const Context& context, Progress& progress) {
   if (name == "init")
     return pipeline::write_first_job(o.input, o.output.empty() ? "job.yaml" : o.output, context, progress);
+  if (name == "fringes") return pipeline::decode_fringe_file(o.input, o.output, progress);
   if (name == "simulate") return o.simulate.run(context, progress);
   if (name.starts_with("plan ")) return o.plan.run(name.substr(5), context, progress);
   if (name == "replay") return pipeline::replay_plan(o.input, o.output, o.replay, context, progress);

@@ -17,7 +17,22 @@ void SimulateOptions::add_to(CLI::App& command) {
   command.add_option("--out", choice_.folder, "Folder for views, plan and truth.")->required();
   command.add_option("--seed", choice_.seed, "Seed of all that is drawn.");
   command.add_option("--format", choice_.format,
-                     "ply, xyz, ptx, pcd or png: of all views, in place of what the plan names.");
+                     "ply, xyz, ptx, pcd, png or fringes: of all views, in place of what the plan names.");
+  command
+      .add_option("--fringe-periods", choice_.fringes.periods_mm,
+                  "Periods of the gratings on the plate, mm, the coarsest first.")
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->group("Fringes");
+  command.add_option("--fringe-steps", choice_.fringes.steps, "Shifts of each grating.")
+      ->check(CLI::Range(3, 64))
+      ->group("Fringes");
+  command.add_option("--fringe-bits", choice_.fringes.bits, "8 or 16.")
+      ->check(CLI::IsMember({8, 16}))
+      ->group("Fringes");
+  command.add_option("--fringe-noise", choice_.fringes.noise_levels, "Noise of brightness, in 255ths of white.")
+      ->check(CLI::Range(0.0, 100.0))
+      ->group("Fringes");
   command.add_flag("--keep-out", choice_.keep_out, "The plan's keep_out bodies (deck, fixture) stand in view.");
   for (const Field& field : simulate::Effects::fields()) {
     std::string name = "--" + std::string(field.name);

@@ -12,6 +12,7 @@
 #include "export/range_maps.hpp"
 #include "formats/mesh_reader.hpp"
 #include "formats/probe.hpp"
+#include "pipeline/fringe_files.hpp"
 #include "pipeline/views.hpp"
 #include "plan/stations.hpp"
 #include "simulate/object.hpp"
@@ -49,12 +50,16 @@ Result<Subject> subject_of(const std::string& object) {
   return subject;
 }
 
+bool is_fringes(const std::string& path) { return formats::suffix_of(path) == "fringes"; }
+bool can_be_written(const std::string& word) {
+  return word == "fringes" || exporting::range_format_of(word).has_value();
+}
+std::string written_words() { return document::joined(exporting::range_format_words()) + ", fringes"; }
+
 /// Names for the views of stations that have none, and the suffix asked for. True when the plan was changed.
 Result<bool> name_views(const SimulateChoice& choice, plan::ScanPlan& plan) {
-  if (!choice.format.empty() && !exporting::range_format_of(choice.format))
-    return fail(Code::BadUsage,
-                "found '" + choice.format + "'; allowed " + document::joined(exporting::range_format_words()),
-                "--format");
+  if (!choice.format.empty() && !can_be_written(choice.format))
+    return fail(Code::BadUsage, "found '" + choice.format + "'; allowed " + written_words(), "--format");
   bool changed = false;
   for (plan::Station& station : plan.stations) {
     if (station.via) continue;
@@ -67,10 +72,10 @@ Result<bool> name_views(const SimulateChoice& choice, plan::ScanPlan& plan) {
     } else if (!choice.format.empty()) {
       station.data = std::filesystem::path(station.data).replace_extension(choice.format).string();
     }
-    if (!exporting::range_format_of(formats::suffix_of(station.data)))
+    if (!can_be_written(formats::suffix_of(station.data)))
       return fail(Code::BadParameter,
                   "station " + station.name + " has its view in " + station.data + "; this can be written as " +
-                      document::joined(exporting::range_format_words()) + "; choose one with --format",
+                      written_words() + "; choose one with --format",
                   choice.plan);
     if (station.data != was) station.sha256.reset();
     changed |= station.data != was;
@@ -152,14 +157,15 @@ class Archive {
       scene.add(*subject_.solid);
     if (choice_.keep_out) add_bodies(plan_, states_[s], scene);
     const std::uint64_t seed = simulate::view_seed(choice_.seed, s);
+    const std::string path = choice_.folder + "/" + station.data;
+    TRY(store::make_folders(std::filesystem::path(path).parent_path().string()));
+    if (is_fringes(station.data)) return write_fringes(scene, s, seed, path, context);
     TRY_ASSIGN(simulate::RigView view,
                simulate::take_view(scene, plan_.sensor, choice_.effects, station.pose, seed, context));
     for (Vec3& p : view.map.points) {
       p = p * (1 / plan_.units_mm);
       if (plan_.left_handed) p.z = -p.z;
     }
-    const std::string path = choice_.folder + "/" + station.data;
-    TRY(store::make_folders(std::filesystem::path(path).parent_path().string()));
     TRY_ASSIGN(auto sink, store::create_file(path));
     const std::string name = std::filesystem::path(choice_.object).filename().string();
     const std::vector<std::string> comments{"scanmill simulate: object " + name + ", station " + station.name +
@@ -184,11 +190,37 @@ class Archive {
     return {};
   }
 
+  /// Pictures in place of points; of the effects the station's errors alone count.
+  Result<void> write_fringes(const simulate::Scene& scene, std::size_t s, std::uint64_t seed, const std::string& path,
+                             const Context& context) {
+    if (plan_.units_mm != 1 || plan_.left_handed)
+      return fail(Code::BadParameter, "fringe pictures are decoded to mm in a right-handed frame; set units: mm",
+                  choice_.plan);
+    const plan::Station& station = plan_.stations[s];
+    simulate::FringeRig rig = choice_.fringes;
+    if (choice_.effects.projector_mm != 0) rig.baseline_mm = choice_.effects.projector_mm;
+    if (plate_.empty()) {
+      TRY_ASSIGN(plate_, simulate::take_plate(plan_.sensor, rig, simulate::view_seed(choice_.seed, ~0ull), context));
+    }
+    const Pose pose = simulate::displaced(station.pose, choice_.effects, seed);
+    TRY_ASSIGN(const auto pictures, simulate::take_fringes(scene, plan_.sensor, rig, pose, seed, context));
+    TRY(write_fringe_view(path, rig, plan_.sensor, pictures, plate_));
+    Node row = Node::map();
+    row.set("name", station.name);
+    row.set("data", station.data);
+    row.set("pose", numbers(station.pose));
+    row.set("true_pose", numbers(pose));
+    row.set("pictures", static_cast<std::uint64_t>(pictures.size()));
+    views_.push(std::move(row));
+    return {};
+  }
+
   const SimulateChoice& choice_;
   const plan::ScanPlan& plan_;
   const Subject& subject_;
   std::vector<plan::State> states_;
   Node views_ = Node::sequence();
+  std::vector<fringe::Picture> plate_;
   std::uint64_t points_ = 0;
 };
 

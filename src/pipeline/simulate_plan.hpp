@@ -5,6 +5,7 @@
 #include <string>
 
 #include "pipeline/tools.hpp"
+#include "simulate/fringes.hpp"
 #include "simulate/rig.hpp"
 
 namespace scanmill::pipeline {
@@ -15,6 +16,8 @@ struct SimulateChoice {
   std::string format;     // of all views, in place of what their names say; empty: as named, PLY where there is no name
   bool keep_out = false;  // the plan's keep_out bodies (deck, fixture) stand in view
   simulate::Effects effects;
+  simulate::FringeRig
+      fringes;  // of views written as fringe pictures; its baseline is effects.projector_mm if that is set
 };
 
 /// Views of the object from the stations of a plan, the plan (unchanged where nothing had to be added) and

@@ -13,7 +13,7 @@ from pathlib import Path
 LAYERS = [
     ["base", "document"],
     ["geom", "timing"],
-    ["cloud", "mesh", "lattice"],
+    ["cloud", "mesh", "lattice", "fringe"],
     ["plan", "simulate", "refine", "clean", "reduce", "stars", "grow", "front", "merge", "optimise", "verify"],
     ["formats", "export", "render", "report", "provenance", "store"],
     ["pipeline"],
