@@ -12,10 +12,12 @@
 #include "cli/commands.hpp"
 #include "cli/plan_commands.hpp"
 #include "cli/schemas.hpp"
+#include "cli/simulate_options.hpp"
 #include "cli/stage_options.hpp"
 #include "cli/versions.hpp"
 #include "pipeline/audit.hpp"
 #include "pipeline/bench_stages.hpp"
+#include "pipeline/fringe_files.hpp"
 #include "pipeline/mesh_tools.hpp"
 #include "pipeline/record_info.hpp"
 #include "pipeline/replay_plan.hpp"
@@ -55,12 +57,12 @@ struct Options {
   runner::RunOptions run;
   StageOptions reduce, mesh, optimise, verify, compare, render, info, cloud, bench, none;
   std::vector<std::string> inputs;
-  std::string input, second, output, object, schema;
+  std::string input, second, output, schema;
   pipeline::PictureChoice picture;
   pipeline::BenchChoice timing;
   pipeline::ReplayChoice replay;
   PlanOptions plan;
-  std::uint64_t seed = 1;
+  SimulateOptions simulate;
   bool as_is = false, as_points = false;
   pipeline::MeshForm form;
   pipeline::AuditChoice audit;
@@ -181,11 +183,11 @@ void add_tool_commands(CLI::App& app, Options& options) {
   audit.add_option("--archive", options.audit.archive, "Folder with the inputs; run.json of the output tree says it.");
   audit.add_flag("--rerun", options.audit.rerun, "Make the scan again from record and archive alone, and compare.");
   CLI::App& simulate =
-      command(app, options, "simulate", "Views of a built-in object from the stations of a scan plan.");
-  simulate.add_option("plan", options.input, "Scan plan.")->required();
-  simulate.add_option("--object", options.object, "figurine, handset, sphere, torus or cube.")->required();
-  simulate.add_option("--out", options.output, "Folder for the views and the plan.")->required();
-  simulate.add_option("--seed", options.seed, "Seed of the noise.");
+      command(app, options, "simulate", "Views of an object from the stations of a scan plan, as a rig would take them.");
+  options.simulate.add_to(simulate);
+  CLI::App& fringes = command(app, options, "fringes", "Fringe pictures to phases, a quality mask and a range map.");
+  fringes.add_option("description", options.input, "Text that names the pictures (docs/formats.md).")->required();
+  fringes.add_option("-o,--out", options.output, "Folder to write.")->required();
   CLI::App& replay =
       command(app, options, "replay", "The motions of a scan plan offline: limits, times, poses, cloud.");
   replay.add_option("plan", options.input, "Scan plan.")->required();
@@ -276,7 +278,8 @@ Result<pipeline::ToolReport> run_stage(const std::string& name, const Options& o
   TRY(inputs_are_there(name, o));
   if (name == "init")
     return pipeline::write_first_job(o.input, o.output.empty() ? "job.yaml" : o.output, context, progress);
-  if (name == "simulate") return pipeline::simulate_plan(o.input, o.object, o.output, o.seed, context, progress);
+  if (name == "fringes") return pipeline::decode_fringe_file(o.input, o.output, progress);
+  if (name == "simulate") return o.simulate.run(context, progress);
   if (name.starts_with("plan ")) return o.plan.run(name.substr(5), context, progress);
   if (name == "replay") return pipeline::replay_plan(o.input, o.output, o.replay, context, progress);
   if (name == "reduce") return pipeline::reduce_to_file(o.inputs, what, o.output, context, progress);

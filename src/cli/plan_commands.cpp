@@ -46,6 +46,21 @@ void PlanOptions::add_to(CLI::App& group, const MakeCommand& make) {
       ->check(CLI::Range(0.1, 1.0));
   propose.add_option("--max-stations", propose_.max_stations, "Stop at so many; 500 unless given.")
       ->check(CLI::Range(1, 100000));
+
+  CLI::App& calibrate =
+      make(group, "calibrate", "Where the sensor sits on its mount, from views of a sphere or plane.");
+  calibrate
+      .add_option("plans", calibrate_.plans,
+                  "Scan plans with their views, one per night; what changes from the first on is drift.")
+      ->required();
+  calibrate.add_option("--target", calibrate_.target, "sphere or plane: what stayed on the deck.")->required();
+  calibrate.add_option("--radius-mm", calibrate_.radius_mm, "Of the sphere, as certified; found unless given.")
+      ->check(CLI::PositiveNumber);
+  calibrate
+      .add_option("--axes", calibrate_.axes, "Rotary joints whose place and zero are looked for as well, e.g. a,b.")
+      ->delimiter(',')
+      ->allow_extra_args(false);
+  calibrate.add_option("-o,--output", output_, "Plan to write: the last one with what was found.");
 }
 
 std::vector<std::string> PlanOptions::named_files() const {
@@ -59,6 +74,7 @@ Result<pipeline::ToolReport> PlanOptions::run(const std::string& name, const Con
   if (name == "import") return pipeline::import_plan(inputs_, import_, output_, context, progress);
   if (name == "export") return pipeline::export_plan(input_, as_, output_);
   if (name == "solve") return pipeline::solve_plan(input_, machine_, output_);
+  if (name == "calibrate") return pipeline::calibrate_plans(calibrate_, output_, context, progress);
   return pipeline::propose_plan(input_, propose_, output_, context, progress);
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// `scanmill plan import|export|solve|propose`.
+// `scanmill plan import|export|solve|propose|calibrate`.
 #pragma once
 #include <functional>
 #include <string>
@@ -7,6 +7,7 @@
 
 #include "base/context.hpp"
 #include "base/progress.hpp"
+#include "pipeline/calibrate_plan.hpp"
 #include "pipeline/plan_files.hpp"
 #include "pipeline/propose_plan.hpp"
 
@@ -31,6 +32,7 @@ class PlanOptions {
   std::string input_, output_, as_ = "gcode", machine_;
   pipeline::ImportChoice import_;
   pipeline::ProposeChoice propose_;
+  pipeline::CalibrateChoice calibrate_;
 };
 
 }  // namespace scanmill::cli

@@ -35,7 +35,7 @@ std::uint32_t crc_of(std::uint32_t crc, std::span<const char> bytes) {
       crc32(crc, reinterpret_cast<const Bytef*>(bytes.data()), static_cast<uInt>(bytes.size())));
 }
 
-Result<void> take_ihdr(const ByteSource& source, std::uint64_t offset, PngFile& file) {
+Result<void> take_ihdr(const ByteSource& source, std::uint64_t offset, bool is_8_bit_fine, PngFile& file) {
   std::array<char, 21> chunk{};  // type, 13 bytes, checksum
   TRY(read_exactly(source, offset + 4, chunk));
   const std::string place = byte_place(source.name(), offset + 8);
@@ -51,9 +51,14 @@ Result<void> take_ihdr(const ByteSource& source, std::uint64_t offset, PngFile& 
                     (colour == 3   ? "of palette"
                      : colour == 4 ? "of grey and alpha"
                                    : "of colour") +
-                    ", a depth map is 16-bit grey; write depths as one 16-bit channel",
+                    (is_8_bit_fine ? ", wanted one channel of grey"
+                                   : ", a depth map is 16-bit grey; write depths as one 16-bit channel"),
                 place);
-  if (depth != 16)
+  file.bits = depth;
+  if (depth != 16 && is_8_bit_fine && depth != 8)
+    return fail(Code::Unsupported, "the PNG image has " + std::to_string(depth) + " bits per pixel, wanted 8 or 16",
+                place);
+  if (depth != 16 && !is_8_bit_fine)
     return fail(Code::Unsupported,
                 "the PNG image has " + std::to_string(depth) +
                     " bits per pixel, a depth map has 16; 256 steps are too coarse for a surface",
@@ -86,12 +91,11 @@ unsigned char paeth(int left, int up, int corner) {
   return static_cast<unsigned char>(a <= b && a <= c ? left : b <= c ? up : corner);
 }
 
-/// Undoes the filter of one row of two-byte pixels; `above` is the finished row before, zeros for the first.
-bool unfilter(int filter, std::span<unsigned char> row, std::span<const unsigned char> above) {
-  constexpr std::size_t kBack = 2;
+/// Undoes the filter of one row of pixels of `back` bytes; `above` is the finished row before, zeros for the first.
+bool unfilter(int filter, std::size_t back, std::span<unsigned char> row, std::span<const unsigned char> above) {
   if (filter > 4) return false;
   for (std::size_t i = 0; filter != 0 && i < row.size(); ++i) {
-    const int left = i >= kBack ? row[i - kBack] : 0, up = above[i], corner = i >= kBack ? above[i - kBack] : 0;
+    const int left = i >= back ? row[i - back] : 0, up = above[i], corner = i >= back ? above[i - back] : 0;
     const int add = filter == 1 ? left : filter == 2 ? up : filter == 3 ? (left + up) / 2 : paeth(left, up, corner);
     row[i] = static_cast<unsigned char>(row[i] + add);
   }
@@ -157,7 +161,7 @@ class Rows {
 
 }  // namespace
 
-Result<PngFile> open_png(const ByteSource& source) {
+Result<PngFile> open_png(const ByteSource& source, bool is_8_bit_fine) {
   PngFile file;
   std::array<char, kHead> head{};
   if (source.size() < kHead) return cut(source, "within its signature");
@@ -176,7 +180,7 @@ Result<PngFile> open_png(const ByteSource& source) {
       if (type != "IHDR" || size != 13)
         return fail(Code::BadInput, "found the chunk " + quoted(type) + ", wanted IHDR first",
                     byte_place(source.name(), at));
-      TRY(take_ihdr(source, at, file));
+      TRY(take_ihdr(source, at, is_8_bit_fine, file));
     }
     if (type == "IEND") break;
     if (type == "IDAT" && size > 0) {
@@ -185,7 +189,7 @@ Result<PngFile> open_png(const ByteSource& source) {
     }
     at += 12 + std::uint64_t{size};
   }
-  const std::uint64_t bytes = std::uint64_t{file.height} * (1 + 2 * std::uint64_t{file.width});
+  const std::uint64_t bytes = std::uint64_t{file.height} * (1 + (file.bits == 16 ? 2 : 1) * std::uint64_t{file.width});
   if (bytes > packed * kDeflateRatio + 64)
     return fail(Code::BadInput,
                 "the image declares " + std::to_string(file.width) + " x " + std::to_string(file.height) +
@@ -195,19 +199,19 @@ Result<PngFile> open_png(const ByteSource& source) {
 }
 
 Result<void> read_png(const ByteSource& source, const PngFile& file, std::vector<std::uint16_t>& pixels) {
-  const std::size_t width = file.width, row_bytes = 2 * width;
+  const std::size_t step = file.bits == 16 ? 2 : 1, width = file.width, row_bytes = step * width;
   pixels.resize(width * file.height);
   std::vector<unsigned char> above(row_bytes), row(row_bytes + 1);
   Rows rows(source, file);
   for (std::size_t y = 0; y < file.height; ++y) {
     TRY(rows.next(row));
-    if (!unfilter(row[0], std::span(row).subspan(1), above))
+    if (!unfilter(row[0], step, std::span(row).subspan(1), above))
       return fail(Code::BadInput,
                   "row " + std::to_string(y) + " of the image names the filter " + std::to_string(row[0]) +
                       ", wanted 0 to 4; the file is damaged",
                   source.name());
     for (std::size_t x = 0; x < width; ++x)
-      pixels[y * width + x] = static_cast<std::uint16_t>(row[1 + 2 * x] << 8 | row[2 + 2 * x]);
+      pixels[y * width + x] = step == 1 ? row[1 + x] : static_cast<std::uint16_t>(row[1 + 2 * x] << 8 | row[2 + 2 * x]);
     std::copy(row.begin() + 1, row.end(), above.begin());
   }
   return rows.finish();

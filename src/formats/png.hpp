@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reading 16-bit grey PNG images (depth maps). The only file that includes zlib is png.cpp.
+// Reading grey PNG images: 16 bits (depth maps), 8 bits too where the caller can do with them (fringes). The only file
+// that includes zlib is png.cpp.
 #pragma once
 #include <cstdint>
 #include <utility>
@@ -11,6 +12,7 @@ namespace scanmill::formats {
 
 struct PngFile {
   std::uint32_t width = 0, height = 0;
+  int bits = 16;
   std::vector<std::pair<std::uint64_t, std::uint32_t>> pieces;  // of the compressed data: offset, bytes
 };
 
@@ -18,7 +20,7 @@ struct PngFile {
 /// (deflate gives at most 1032:1) is refused here, before anything of its size is allocated.
 /// errors  BadInput with "file: byte N" for a file that is cut or broken; Unsupported, by name, for 8-bit, colour,
 ///         palette and interlaced images
-Result<PngFile> open_png(const ByteSource& source);
+Result<PngFile> open_png(const ByteSource& source, bool is_8_bit_fine = false);
 
 /// All pixels, row by row from the top left.
 /// errors  BadInput naming the chunk whose checksum is wrong, data that ends too early or a filter that does not exist

@@ -106,6 +106,8 @@ std::optional<Probe> probe_content(std::string_view bytes) {
   }
   if (bytes.starts_with("\x89PNG")) return Probe{FileKind::DepthMap, "PNG", false};
   if (looks_like_pcd(bytes)) return Probe{FileKind::Pcd, "pcd", false};
+  if (bytes.starts_with("scanmill_fringes:") || bytes.find("\nscanmill_fringes:") != std::string_view::npos)
+    return Probe{FileKind::Fringes, "fringes", false};
   return std::nullopt;
 }
 
@@ -116,6 +118,7 @@ std::optional<Probe> probe_suffix(std::string_view suffix) {
   if (suffix == "las") return Probe{FileKind::Las, "las", false};
   if (suffix == "ptx") return Probe{FileKind::Ptx, "ptx", false};
   if (suffix == "png") return Probe{FileKind::DepthMap, "PNG", false};
+  if (suffix == "fringes") return Probe{FileKind::Fringes, "fringes", false};
   return std::nullopt;
 }
 

@@ -16,6 +16,7 @@ enum class FileKind {
   Pcd,           // Point Cloud Library
   Las,           // LAS, not compressed
   DepthMap,      // PNG; points only with the numbers of the camera
+  Fringes,       // text that names pictures of shifted fringes
   PoseMatrices,  // text: one or more 4x4 matrices
   Unsupported,   // a known format of points, meshes or images that this version does not read
   Other          // nothing we know

@@ -20,6 +20,10 @@ Result<std::unique_ptr<ViewReader>> open_las(std::shared_ptr<const ByteSource> s
 /// 16-bit grey PNG: one point per pixel, 0 holds no measurement. One decoded image per thread is kept.
 Result<std::unique_ptr<ViewReader>> open_depth_map(std::shared_ptr<const ByteSource> source, const DepthCamera& camera);
 
+/// A description of fringe pictures (docs/formats.md): one point per pixel whose phases are sound. All pictures are read
+/// and decoded with the one block there is.
+Result<std::unique_ptr<ViewReader>> open_fringes(std::shared_ptr<const ByteSource> source, const OpenOptions& options);
+
 /// STL, OBJ, OFF: vertices in the order of the file (an STL's corners joined where they are equal), row = vertex from 0.
 /// The whole mesh is held in memory.
 Result<std::unique_ptr<ViewReader>> open_mesh_points(std::shared_ptr<const ByteSource> source);

@@ -7,7 +7,7 @@
 namespace scanmill::formats {
 namespace {
 
-constexpr std::string_view kFormats[] = {"auto", "ply", "text", "pts", "ptx", "pcd", "las", "png"};
+constexpr std::string_view kFormats[] = {"auto", "ply", "text", "pts", "ptx", "pcd", "las", "png", "fringes"};
 constexpr const char* kMeanings[] = {"vertex from 0", "line from 1", "point from 0", "pixel from 0"};
 
 using Views = std::vector<std::unique_ptr<ViewReader>>;
@@ -27,6 +27,8 @@ Result<Format> format_of(const ByteSource& source) {
       return Format::Las;
     case FileKind::DepthMap:
       return Format::Png;
+    case FileKind::Fringes:
+      return Format::Fringes;
     case FileKind::Unsupported:
       return fail(Code::Unsupported,
                   "the file format " + found.format + " is not read by this version; convert the file to " +
@@ -78,6 +80,8 @@ Result<Views> open_views(std::shared_ptr<const ByteSource> source, const OpenOpt
                     "a depth map needs the numbers of its camera: name it in views with intrinsics: [fx, fy, cx, cy]",
                     source->name());
       return only(open_depth_map(std::move(source), *options.camera));
+    case Format::Fringes:
+      return only(open_fringes(std::move(source), options));
     case Format::Auto:
     case Format::Text:
       break;

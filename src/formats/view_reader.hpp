@@ -2,6 +2,7 @@
 // Files of points as streams of blocks.
 #pragma once
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -44,7 +45,7 @@ class ViewReader {
 };
 
 /// Formats of points by name; Auto judges by content first, by suffix where content does not tell.
-enum class Format : std::int32_t { Auto, Ply, Text, Pts, Ptx, Pcd, Las, Png };
+enum class Format : std::int32_t { Auto, Ply, Text, Pts, Ptx, Pcd, Las, Png, Fringes };
 std::span<const std::string_view> format_words();
 
 /// A pinhole camera looking along +z; pixel (u, v) of depth z is x = (u - cx) z / fx, y = (v - cy) z / fy.
@@ -58,6 +59,8 @@ struct DepthCamera {
 struct OpenOptions {
   Format format = Format::Auto;
   std::optional<DepthCamera> camera;  // depth maps need it
+  /// A file by its name in the folder of the source; fringe descriptions need it.
+  std::function<Result<std::shared_ptr<const ByteSource>>(const std::string& name)> open_beside = {};
 };
 
 /// One reader per scan of the file, in file order: a PTX may hold several, all others hold one. Fixed memory (and what

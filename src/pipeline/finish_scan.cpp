@@ -4,7 +4,6 @@
 #include <algorithm>
 
 #include "pipeline/bin_files.hpp"
-#include "pipeline/mesh_files.hpp"
 #include "pipeline/scan_page.hpp"
 #include "pipeline/scan_record.hpp"
 #include "pipeline/section_files.hpp"
@@ -33,6 +32,7 @@ Result<std::vector<WrittenFile>> write_outputs(const FinishedScan& scan, const W
   }
   TRY_ASSIGN(std::vector<WrittenFile> sheets, write_section_files(scan.sections.sections, folder));
   for (WrittenFile& sheet : sheets) files.push_back(std::move(sheet));
+  files.insert(files.end(), scan.written.begin(), scan.written.end());
   return files;
 }
 

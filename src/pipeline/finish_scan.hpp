@@ -7,6 +7,7 @@
 
 #include "base/context.hpp"
 #include "pipeline/judge_scan.hpp"
+#include "pipeline/mesh_files.hpp"
 #include "pipeline/run_scan.hpp"
 #include "pipeline/stage_clock.hpp"
 #include "provenance/record.hpp"
@@ -21,6 +22,7 @@ struct FinishedScan {
   provenance::Record record;  // of record_of() or an older file's; keys, outputs and their notes are filled in here
   verify::Quality quality;    // of its mesh
   SectionResults sections;
+  std::vector<WrittenFile> written;             // that stand in the folder already
   const reduce::ReducedCloud* cloud = nullptr;  // for outputs that hold bins
 };
 

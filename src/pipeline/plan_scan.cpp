@@ -2,6 +2,7 @@
 #include "pipeline/plan_scan.hpp"
 
 #include "pipeline/views.hpp"
+#include "plan/accuracy.hpp"
 #include "plan/stations.hpp"
 
 namespace scanmill::pipeline {
@@ -14,6 +15,12 @@ std::string folder_of(const std::string& path) {
 void views_of_plan(const plan::ScanPlan& plan, ScanSpec& scan) {
   scan.units_mm = plan.units_mm;
   if (plan.has_sensor) scan.sensor = plan.sensor;
+  if (const auto accuracy = plan::accuracy_of(plan))
+    scan.accuracy = refine::Accuracy{accuracy->shift_mm, accuracy->turn_deg};
+  if (plan.machine)
+    for (const plan::KeepOut& body : plan.machine->keep_out)
+      if (body.on == plan::Carries::Part)
+        scan.datums.push_back({plan.machine->part_frame.inverse(), {body.box.low, body.box.high}});
   for (const plan::Station& station : plan.stations) {
     if (station.via) continue;
     if (station.data.empty()) {

@@ -9,6 +9,7 @@
 #include "pipeline/density.hpp"
 #include "pipeline/finish_scan.hpp"
 #include "pipeline/judge_scan.hpp"
+#include "pipeline/refine_scan.hpp"
 #include "pipeline/scan_pictures.hpp"
 #include "pipeline/scan_points.hpp"
 #include "pipeline/scan_record.hpp"
@@ -119,7 +120,10 @@ KeyTexts key_texts(const What& what, const std::string& scan) {
     if (const document::Node* value = keys.find(key)) late.set(key, *value);
     std::erase_if(keys.entries(), [&](const document::Node::Entry& entry) { return entry.key == key; });
   }
-  return {document::to_canonical_json(keys), document::to_canonical_json(late)};
+  KeyTexts texts{document::to_canonical_json(keys), document::to_canonical_json(late)};
+  // Views that were moved are not made again from a record: with them every key means meshing.
+  if (what.refine.poses) texts.mesh += "\nrefine 1\n" + texts.late;
+  return texts;
 }
 
 Result<ScanDigests> digests_of(const std::string& archive, const ScanSpec& scan, const KeyTexts& keys,
@@ -165,6 +169,14 @@ Result<ScanResult> run_scan(const std::string& archive, const ScanSpec& scan, co
     for (const std::string& note : view.header.notes) notes.add({view.path + ": " + note});
   clock.lap("open");
 
+  auto moved = refine_scan(*points, scan, what, context, progress);
+  if (!moved.ok()) return name_file(std::move(moved).error(), scan);
+  const RefinedScan refined = std::move(moved).value();
+  std::vector<std::string> moves;
+  add_refine_notes(refined, *points, moves);
+  notes.add(std::move(moves));
+  if (refined.report) clock.lap("refine");
+
   auto clean = clean_scan(*points, what, context, progress);
   if (!clean.ok()) return name_file(std::move(clean).error(), scan);
   const CleanedScan cleaned = std::move(clean).value();
@@ -187,6 +199,7 @@ Result<ScanResult> run_scan(const std::string& archive, const ScanSpec& scan, co
   auto meshed = mesh_surface(reduction.cloud, report.bounds, what, context, timed);
   if (!meshed.ok()) return name_file(std::move(meshed).error(), scan);
   ScanResults all{archive, scan, what, *points, cleaned, std::move(reduction), std::move(meshed).value()};
+  all.refined = &refined;
   MeshedSurface& surface = all.surface;
   timed.end();
 
@@ -209,6 +222,10 @@ Result<ScanResult> run_scan(const std::string& archive, const ScanSpec& scan, co
   TRY(points->verify_unchanged());
   TRY_ASSIGN(finished.record, record_of(all));
   finished.quality = std::move(all.quality);
+  if (refined.report) {
+    TRY_ASSIGN(WrittenFile motions, write_refinement(refined, *points, folder));
+    finished.written.push_back(std::move(motions));
+  }
   finished.cloud = &all.reduction.cloud;
   clock.lap("hash inputs");
   const auto draw = [&] { return write_pictures(all, folder, context, progress); };

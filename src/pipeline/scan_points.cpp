@@ -9,6 +9,7 @@
 #include "base/digest.hpp"
 #include "base/text.hpp"
 #include "pipeline/block_band.hpp"
+#include "pipeline/plan_scan.hpp"
 
 namespace scanmill::pipeline {
 namespace {
@@ -23,6 +24,13 @@ ViewPoint to_global(const ViewPoint& view_point, const Pose& pose) {
   if (view_point.eye) out.eye = pose.apply(*view_point.eye);
   if (view_point.direction) out.direction = pose.turn(*view_point.direction);
   return out;
+}
+
+/// Files in the folder of a view, named in messages as the view is.
+auto beside_of(const std::string& full_path, const std::string& path) {
+  return [full = folder_of(full_path), shown = folder_of(path)](const std::string& name) {
+    return store::open_file(full + name, shown + name);
+  };
 }
 
 /// Finite numbers of a file may leave the range of double on the way to mm in the global frame.
@@ -60,7 +68,7 @@ struct ScanPoints::Impl {
     // The stamp is taken first: a change between the two calls shows as a difference later, never as a match.
     const auto stamp = store::stamp_of(full_path);
     TRY_ASSIGN(const auto file, store::open_file(full_path, spec.path));
-    TRY_ASSIGN(auto readers, formats::open_views(file, {format, spec.camera}));
+    TRY_ASSIGN(auto readers, formats::open_views(file, {format, spec.camera, beside_of(full_path, spec.path)}));
     for (auto& reader : readers) {
       OpenView& view = views.emplace_back();
       view.id = ViewId{static_cast<std::uint32_t>(specs.size())};
@@ -138,6 +146,17 @@ std::uint64_t ScanPoints::expected_points() const { return impl_->expected; }
 const std::vector<OpenView>& ScanPoints::views() const { return impl_->views; }
 const std::vector<ViewSpec>& ScanPoints::specs() const { return impl_->specs; }
 double ScanPoints::units_mm() const { return impl_->units; }
+
+void ScanPoints::move_views(std::span<const Pose> poses) {
+  for (std::size_t i = 0; i < impl_->views.size(); ++i) {
+    OpenView& view = impl_->views[i];
+    const Pose& pose = poses[index_of(view.id)];
+    if (pose == view.pose) continue;
+    view.view_point = to_global(view.view_point, pose.after(view.pose.inverse()));
+    view.pose = pose;
+    impl_->sources[i].is_identity = false;
+  }
+}
 
 Result<void> ScanPoints::read_block(std::size_t number, PointBlock& out) const {
   const auto behind =

@@ -50,6 +50,9 @@ class ScanPoints final : public PointSource {
   /// The views of the scan with missing ones, one per scan of a file: rank of (path, scan number in the file).
   const std::vector<ViewSpec>& specs() const;
   double units_mm() const;
+  /// Places the views anew: one pose per entry of specs(), those of missing views are not looked at. Not while blocks
+  /// are read.
+  void move_views(std::span<const Pose> poses);
   /// Sums over the blocks read so far, one per view of views(). Complete once every block was read; reading a block
   /// again changes nothing.
   std::vector<ViewCounts> counts() const;

@@ -4,6 +4,7 @@
 #include "base/digest.hpp"
 #include "export/writers.hpp"
 #include "pipeline/mesh_files.hpp"
+#include "pipeline/refine_scan.hpp"
 #include "pipeline/run_scan.hpp"
 #include "store/files.hpp"
 
@@ -256,6 +257,7 @@ Result<Record> record_of(const ScanResults& results) {
   VertexErrors errors = vertex_errors(results.fit);
   record.vertex_error = std::move(errors.signed_mm);
   record.vertex_error_rms = std::move(errors.rms_mm);
+  if (results.refined != nullptr) add_refinement(*results.refined, results.points, record);
   add_clean_counters(results.cleaned, record);
   add_counters(results.reduction.report, results.surface, record);
   add_swap_counters(results.swaps, record);

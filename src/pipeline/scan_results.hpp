@@ -48,6 +48,7 @@ struct ScanResults {
   std::uint64_t points_in_strays = 0;  // not judged
   std::vector<std::string> digests{};  // SHA-256 of each view of `points`
   NoteList notes{};
+  const struct RefinedScan* refined = nullptr;
 };
 
 }  // namespace scanmill::pipeline

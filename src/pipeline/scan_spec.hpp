@@ -9,6 +9,7 @@
 #include "cloud/sensor.hpp"
 #include "formats/view_reader.hpp"
 #include "geom/pose.hpp"
+#include "refine/refine.hpp"
 
 namespace scanmill::pipeline {
 
@@ -31,11 +32,13 @@ struct ScanSpec {
   std::string
       name;  // unique; path relative to the archive without suffix; collisions keep the suffix; unsafe bytes %XX
   ScanKind kind = ScanKind::SingleFile;
-  std::string description;                 // the plan, .conf, .aln or pose file, relative; empty when there is none
-  double units_mm = 0;                     // from the plan; 0 = the job's
-  std::optional<scanmill::Sensor> sensor;  // from the plan: its depth band and field bound the points of every view
-  std::vector<ViewSpec> views;             // ascending relative path as bytes; a PTX stands for all its scans
-  std::vector<std::string> notes;          // missing files and the like, one sentence each
+  std::string description;                   // the plan, .conf, .aln or pose file, relative; empty when there is none
+  double units_mm = 0;                       // from the plan; 0 = the job's
+  std::optional<scanmill::Sensor> sensor;    // from the plan: its depth band and field bound the points of every view
+  std::optional<refine::Accuracy> accuracy;  // from the plan's joints
+  std::vector<refine::Datum> datums;         // from the plan: bodies that move with the part
+  std::vector<ViewSpec> views;               // ascending relative path as bytes; a PTX stands for all its scans
+  std::vector<std::string> notes;            // missing files and the like, one sentence each
   std::string broken;  // why the scan cannot be read at all (its description is invalid); empty when fine
 };
 

@@ -17,17 +17,12 @@
 #include "pipeline/surface.hpp"
 #include "pipeline/tool_inputs.hpp"
 #include "pipeline/watched_points.hpp"
-#include "plan/plan.hpp"
-#include "simulate/object.hpp"
 #include "store/files.hpp"
 
 namespace scanmill::pipeline {
 namespace {
 
 using document::Node;
-
-constexpr std::uint64_t kLongestPlan = 64 << 20;
-constexpr std::string_view kSimulated = "scanmill simulate:";  // in the comment of every simulated view
 
 void report_reduction(const reduce::Report& reduced, Node& out) {
   out.set("points_read", reduced.points_read);
@@ -97,50 +92,6 @@ Bounds bounds_of(const reduce::ReducedCloud& cloud) {
   Bounds bounds;
   for (const Vec3 p : cloud.measured) bounds.add(p);
   return bounds;
-}
-
-Result<plan::ScanPlan> read_plan(const std::string& path, std::string& text) {
-  TRY_ASSIGN(const auto source, store::open_file(path, path));
-  TRY_ASSIGN(text, read_all(*source, kLongestPlan));
-  TRY_ASSIGN(const Node root, document::parse_yaml(text, path));
-  return plan::plan_from(root, path);
-}
-
-std::string start_of(const std::string& path, std::uint64_t bytes) {
-  const auto source = store::open_file(path, path);
-  if (!source.ok()) return {};
-  std::string start(std::min((*source)->size(), bytes), '\0');
-  const auto got = (*source)->read_at(0, start);
-  start.resize(got.ok() ? *got : 0);
-  return start;
-}
-
-/// Simulated views may take the place of views simulated from the same plan, and of nothing else: a plan names the
-/// files of real scans.
-Result<void> check_simulated_folder(const std::string& folder, const plan::ScanPlan& plan, const std::string& plan_path,
-                                    const std::string& plan_copy, const std::string& plan_text) {
-  namespace fs = std::filesystem;
-  const char* remedy = "; name another folder with --out, or remove it first; nothing was written";
-  if (store::exists(plan_copy) && start_of(plan_copy, kLongestPlan) != plan_text)
-    return fail(Code::BadUsage, std::string("is another plan than ") + plan_path + remedy, plan_copy);
-  std::error_code error;
-  const bool in_its_folder = fs::equivalent(plan_path, plan_copy, error);
-  fs::directory_iterator entries(folder, error);  // none when the folder is yet to be made
-  for (; !error && !in_its_folder && entries != fs::directory_iterator(); entries.increment(error)) {
-    const fs::path path = entries->path();
-    const std::string suffix = formats::suffix_of(path.string());
-    if (path.filename() == fs::path(plan_copy).filename() || (suffix != "yaml" && suffix != "yml" && suffix != "json"))
-      continue;
-    if (start_of(path.string(), kLongestPlan).find("scanmill_plan") != std::string::npos)
-      return fail(Code::BadUsage, std::string("is another plan, with an archive of its own") + remedy, path.string());
-  }
-  for (const plan::Station& station : plan.stations) {
-    const std::string path = folder + "/" + station.data;
-    if (station.via || !store::exists(path)) continue;
-    if (start_of(path, 1024).find(kSimulated) == std::string::npos)
-      return fail(Code::BadUsage, std::string("is there already and was not simulated") + remedy, path);
-  }
-  return {};
 }
 
 bool is_mesh_suffix(const std::string& suffix) {
@@ -313,53 +264,6 @@ Result<ToolReport> write_first_job(const std::string& archive, const std::string
   report.values.set("scans", static_cast<std::uint64_t>(job.scans));
   report.values.set("measured", static_cast<std::uint64_t>(job.measured));
   report.values.set("next", "scanmill run " + output);
-  return report;
-}
-
-Result<ToolReport> simulate_plan(const std::string& plan_path, const std::string& object_name,
-                                 const std::string& folder, std::uint64_t seed, const Context& context,
-                                 Progress& progress) {
-  TRY_ASSIGN(const auto object, simulate::make_object(object_name));
-  std::string text;
-  TRY_ASSIGN(plan::ScanPlan plan, read_plan(plan_path, text));
-  bool named_here = false;
-  for (plan::Station& station : plan.stations)
-    if (station.data.empty() && !station.via) {
-      station.data = "views/" + station.name + ".ply";
-      if (!is_inside(station.data))
-        return fail(Code::BadParameter,
-                    "station " + station.name + " has no data file and its name cannot be one; add data", plan_path);
-      named_here = true;
-    }
-  const std::string plan_copy = folder + "/" + std::filesystem::path(plan_path).filename().string();
-  const std::string plan_text = named_here ? document::to_yaml(plan::to_document(plan)) : text;
-  TRY(check_simulated_folder(folder, plan, plan_path, plan_copy, plan_text));
-  std::uint64_t points = 0;
-  for (std::size_t s = 0; s < plan.stations.size(); ++s) {
-    const plan::Station& station = plan.stations[s];
-    if (station.via) continue;
-    progress.stage("simulate", s, plan.stations.size());
-    const std::uint64_t own_seed = simulate::view_seed(seed, s);
-    TRY_ASSIGN(simulate::RangeMap map, simulate::scan(*object, plan.sensor, station.pose, own_seed, context));
-    for (Vec3& p : map.points) {
-      points += is_finite(p);
-      p = p * (1 / plan.units_mm);
-    }
-    const std::string path = folder + "/" + station.data;
-    TRY(store::make_folders(std::filesystem::path(path).parent_path().string()));
-    TRY_ASSIGN(auto sink, store::create_file(path));
-    const std::vector<std::string> comments{std::string(kSimulated) + " object " + object_name + ", station " +
-                                            station.name + ", seed " + std::to_string(seed)};
-    TRY(exporting::write_view_ply(map.points, comments, *sink));
-    TRY(sink->commit());
-  }
-  progress.stage("simulate", plan.stations.size(), plan.stations.size());
-  TRY(store::write_text(plan_copy, plan_text));
-  ToolReport report;
-  report.values.set("plan", plan_copy);
-  report.values.set("object", object_name);
-  report.values.set("stations", static_cast<std::uint64_t>(plan.stations.size()));
-  report.values.set("points", points);
   return report;
 }
 

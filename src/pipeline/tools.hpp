@@ -36,8 +36,5 @@ Result<ToolReport> convert_cloud(const std::string& input, const What& what, con
 /// A commented job for an archive, written to `output`, which must not be there yet.
 Result<ToolReport> write_first_job(const std::string& archive, const std::string& output, const Context& context,
                                    Progress& progress);
-/// Views of a built-in object from the stations of a plan, written to `folder` with the plan beside them.
-Result<ToolReport> simulate_plan(const std::string& plan, const std::string& object, const std::string& folder,
-                                 std::uint64_t seed, const Context& context, Progress& progress);
 
 }  // namespace scanmill::pipeline

@@ -16,7 +16,7 @@ using document::Problems;
 using document::shown;
 
 constexpr std::string_view kKeys[] = {"profile", "units",  "mesh_vertices_as_scan",
-                                      "format",  "views",  "clean",
+                                      "format",  "views",  "refine", "clean",
                                       "lattice", "reduce", "grow",
                                       "seeds",   "merge",  "optimise",
                                       "verify",  "sensor", "outputs"};
@@ -140,6 +140,7 @@ What read(const Node& root, bool complete, Problems& problems) {
     if (const Node* value = root.find(key))
       document::read_fields(*value, std::string(key), table, object, {}, problems);
   };
+  section("refine", refine::Params::fields(), &what.refine);
   section("lattice", reduce::LatticeParams::fields(), &what.lattice);
   section("reduce", reduce::Params::fields(), &what.reduce);
   section("grow", GrowthLimits::fields(), &what.grow);
@@ -224,6 +225,8 @@ Node to_document(const What& what) {
   tree.set("mesh_vertices_as_scan", what.mesh_vertices_as_scan);
   tree.set("format", formats::format_words()[static_cast<std::size_t>(what.format)]);
   if (!what.views.empty()) tree.set("views", to_document(what.views));
+  if (what.refine.poses)  // nothing of it decides any byte otherwise
+    tree.set("refine", document::fields_to_document(refine::Params::fields(), &what.refine));
   tree.set("clean", clean_to_document(what.clean));
   tree.set("lattice", document::fields_to_document(reduce::LatticeParams::fields(), &what.lattice));
   tree.set("reduce", document::fields_to_document(reduce::Params::fields(), &what.reduce));
@@ -269,6 +272,7 @@ std::vector<WhatField> what_fields() {
     for (const Field& row : table) all.push_back({section, &row});
   };
   add("", top_fields());
+  add("refine", refine::Params::fields());
   add("lattice", reduce::LatticeParams::fields());
   add("reduce", reduce::Params::fields());
   add("grow", GrowthLimits::fields());

@@ -19,6 +19,7 @@
 #include "pipeline/discovery.hpp"
 #include "pipeline/outputs_key.hpp"
 #include "reduce/params.hpp"
+#include "refine/params.hpp"
 #include "verify/params.hpp"
 
 namespace scanmill::pipeline {
@@ -39,6 +40,7 @@ struct What {
   formats::Format format = formats::Format::Auto;
   std::vector<ViewsSpec> views;
   std::optional<formats::DepthCamera> camera;  // of depth maps named on the command line; a job says it in views
+  refine::Params refine;
   clean::Params clean;
   reduce::LatticeParams lattice;
   reduce::Params reduce;

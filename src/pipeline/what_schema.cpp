@@ -78,6 +78,8 @@ Node what_schema() {
   top("mesh_vertices_as_scan");
   top("format");
   properties.set("views", views_schema());
+  section("refine", refine::Params::fields(), &defaults.refine,
+          "Poses of views moved, within the machine's accuracy, to where the views fit each other.");
   properties.set("clean", clean_schema());
   section("lattice", reduce::LatticeParams::fields(), &defaults.lattice,
           "Bins; exactly one of bin_mm, target_points, target_bins.");

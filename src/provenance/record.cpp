@@ -263,6 +263,18 @@ Result<void> write_sections(Hdf5File& file, const Record& r) {
   return file.dataset("/sections/line_points", places);
 }
 
+Result<void> write_refinement(Hdf5File& file, const Record& r) {
+  if (r.told_poses.empty()) return {};
+  const auto& pairs = r.pose_pairs;
+  TRY(file.group("/refinement"));
+  TRY(file.dataset("/refinement/told_pose", r.told_poses, {4, 4}));
+  TRY(file.dataset("/refinement/a", column<std::uint32_t>(pairs, [](const PosePair& p) { return p.a; })));
+  TRY(file.dataset("/refinement/b", column<std::uint32_t>(pairs, [](const PosePair& p) { return p.b; })));
+  TRY(file.dataset("/refinement/matches", column<std::uint64_t>(pairs, [](const PosePair& p) { return p.matches; })));
+  TRY(file.dataset("/refinement/before_mm", column<double>(pairs, [](const PosePair& p) { return p.before_mm; })));
+  return file.dataset("/refinement/after_mm", column<double>(pairs, [](const PosePair& p) { return p.after_mm; }));
+}
+
 Result<void> write_stages(Hdf5File& file, const Record& r) {
   std::vector<std::pair<std::string, std::string>> stages = r.stage_versions;
   for (const Counter& counter : r.counters) {
@@ -317,6 +329,7 @@ Result<std::string> write_record(const Record& record, const std::string& path) 
   TRY(write_loops(file, record));
   TRY(write_fit(file, record));
   TRY(write_sections(file, record));
+  TRY(write_refinement(file, record));
   TRY(write_stages(file, record));
   TRY(write_notes(file, record));
   const std::string identity = file.identity();

@@ -69,6 +69,13 @@ struct StrayEntry {  // a dropped component
   Vec3 size;
 };
 
+/// Two views that see the same surface: their gap where the machine puts them, and where they were moved to, mm.
+struct PosePair {
+  std::uint32_t a = 0, b = 0;  // view ids
+  std::uint64_t matches = 0;
+  double before_mm = 0, after_mm = 0;
+};
+
 /// Everything a record holds; arrays by value or span as convenient. All rows in ascending bin key.
 struct Record {
   std::string scan;                                                    // name
@@ -99,6 +106,8 @@ struct Record {
   std::vector<WorstEntry> worst, worst_interior;  // greatest first
   std::vector<std::uint64_t> histogram;           // by signed distance: below, each step of bin_mm/32, above
   std::vector<Section> sections;                  // may be empty: nothing of them is written then
+  std::vector<PosePair> pose_pairs;                // with told_poses: views were moved; else nothing of it is written
+  std::vector<std::array<double, 16>> told_poses;  // of the inputs: where the machine puts them; row-major, mm
   std::vector<Counter> counters;
   std::vector<std::string> notes;
   std::vector<NoteKind> note_kinds;                                 // one per note; empty: all Finding

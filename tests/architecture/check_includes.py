@@ -13,8 +13,8 @@ from pathlib import Path
 LAYERS = [
     ["base", "document"],
     ["geom", "timing"],
-    ["cloud", "mesh", "lattice"],
-    ["plan", "simulate", "clean", "reduce", "stars", "grow", "front", "merge", "optimise", "verify"],
+    ["cloud", "mesh", "lattice", "fringe"],
+    ["plan", "simulate", "refine", "clean", "reduce", "stars", "grow", "front", "merge", "optimise", "verify"],
     ["formats", "export", "render", "report", "provenance", "store"],
     ["pipeline"],
     ["runner"],

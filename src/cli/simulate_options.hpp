@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+// Options of `scanmill simulate`; those of the effects are made from their table.
+#pragma once
+#include <memory>
+#include <vector>
+
+#include "pipeline/simulate_plan.hpp"
+
+namespace CLI {
+class App;
+}
+
+namespace scanmill::cli {
+
+class SimulateOptions {
+ public:
+  void add_to(CLI::App& command);
+  Result<pipeline::ToolReport> run(const Context& context, Progress& progress) const {
+    return pipeline::simulate_plan(choice_, context, progress);
+  }
+
+ private:
+  pipeline::SimulateChoice choice_;
+};
+
+}  // namespace scanmill::cli

@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "refine/matches.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace scanmill::refine {
+namespace {
+
+constexpr double kReach = 1.5;          // edges
+constexpr double kLeastCosine = 0.906;  // 25 degrees
+constexpr std::size_t kGrain = 256;
+
+/// Patches sorted into cubes of the reach, rows of cubes along z behind each other.
+class Cubes {
+ public:
+  Cubes(const std::vector<Patch>& patches, double reach) : reach_(reach) {
+    for (std::size_t i = 0; i < patches.size(); ++i)
+      sorted_.push_back({key(step(patches[i].centre.x), step(patches[i].centre.y), step(patches[i].centre.z)),
+                         static_cast<std::uint32_t>(i)});
+    std::sort(sorted_.begin(), sorted_.end(),
+              [](const Entry& a, const Entry& b) { return a.key != b.key ? a.key < b.key : a.row < b.row; });
+  }
+
+  /// Calls see(row) for every patch in the 27 cubes around p.
+  template <class See>
+  void around(Vec3 p, See see) const {
+    const std::int64_t x = step(p.x), y = step(p.y), z = step(p.z);
+    for (std::int64_t i = x - 1; i <= x + 1; ++i)
+      for (std::int64_t j = y - 1; j <= y + 1; ++j) {
+        const std::uint64_t last = key(i, j, z + 1);
+        auto at = std::lower_bound(sorted_.begin(), sorted_.end(), key(i, j, z - 1),
+                                   [](const Entry& entry, std::uint64_t wanted) { return entry.key < wanted; });
+        for (; at != sorted_.end() && at->key <= last; ++at) see(at->row);
+      }
+  }
+
+ private:
+  struct Entry {
+    std::uint64_t key;
+    std::uint32_t row;
+  };
+  static constexpr std::int64_t kMiddle = 1 << 20;
+
+  std::int64_t step(double v) const {
+    return static_cast<std::int64_t>(
+        std::clamp(std::floor(v / reach_) + static_cast<double>(kMiddle), 1.0, 2.0 * kMiddle - 2));
+  }
+  static std::uint64_t key(std::int64_t x, std::int64_t y, std::int64_t z) {
+    return static_cast<std::uint64_t>(x << 42 | y << 21 | z);
+  }
+
+  double reach_;
+  std::vector<Entry> sorted_;
+};
+
+struct Nearest {
+  std::uint32_t view, row;
+  double distance2;
+};
+
+}  // namespace
+
+std::vector<Match> matches_of(const Patches& patches, const Context& context) {
+  const std::vector<Patch>& all = patches.list;
+  const double reach = kReach * patches.edge_mm;
+  const Cubes cubes(all, reach);
+  std::vector<std::vector<Match>> of_piece((all.size() + kGrain - 1) / kGrain);
+  for_each_piece(context, all.size(), kGrain, [&](std::size_t begin, std::size_t end, std::size_t piece, int) {
+    std::vector<Nearest> nearest;  // ascending views
+    for (std::size_t a = begin; a < end; ++a) {
+      nearest.clear();
+      cubes.around(all[a].centre, [&](std::uint32_t row) {
+        const Patch& other = all[row];
+        if (other.view == all[a].view) return;
+        const double distance2 = norm2(other.centre - all[a].centre), cosine = dot(other.normal, all[a].normal);
+        if (distance2 > reach * reach || (patches.sided ? cosine : std::abs(cosine)) < kLeastCosine) return;
+        auto at = std::lower_bound(nearest.begin(), nearest.end(), other.view,
+                                   [](const Nearest& entry, std::uint32_t view) { return entry.view < view; });
+        if (at == nearest.end() || at->view != other.view)
+          nearest.insert(at, {other.view, row, distance2});
+        else if (distance2 < at->distance2 || (distance2 == at->distance2 && row < at->row))
+          *at = {other.view, row, distance2};
+      });
+      for (const Nearest& found : nearest) {
+        Match match;
+        match.a = static_cast<std::uint32_t>(a);
+        match.b = found.row;
+        const Vec3 n = all[a].normal, m = all[found.row].normal;
+        match.normal = unit(dot(n, m) < 0 ? n - m : n + m);
+        match.gap = dot(all[a].centre - all[found.row].centre, match.normal);
+        of_piece[piece].push_back(match);
+      }
+    }
+  });
+  std::vector<Match> matches;
+  if (context.cancel.is_set()) return matches;
+  for (const std::vector<Match>& piece : of_piece) matches.insert(matches.end(), piece.begin(), piece.end());
+  return matches;
+}
+
+}  // namespace scanmill::refine
