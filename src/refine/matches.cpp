@@ -11,7 +11,8 @@ constexpr double kReach = 1.5;          // edges
 constexpr double kLeastCosine = 0.906;  // 25 degrees
 constexpr std::size_t kGrain = 256;
 
-/// Patches sorted into cubes of the reach, rows of cubes along z behind each other.
+/// Patches sorted into cubes of the reach, rows of cubes along z behind each other; copied, so that those of a place
+/// stand together in memory.
 class Cubes {
  public:
   Cubes(const std::vector<Patch>& patches, double reach) : reach_(reach) {
@@ -20,9 +21,11 @@ class Cubes {
                          static_cast<std::uint32_t>(i)});
     std::sort(sorted_.begin(), sorted_.end(),
               [](const Entry& a, const Entry& b) { return a.key != b.key ? a.key < b.key : a.row < b.row; });
+    copies_.reserve(patches.size());
+    for (const Entry& entry : sorted_) copies_.push_back(patches[entry.row]);
   }
 
-  /// Calls see(row) for every patch in the 27 cubes around p.
+  /// Calls see(row, patch) for every patch in the 27 cubes around p.
   template <class See>
   void around(Vec3 p, See see) const {
     const std::int64_t x = step(p.x), y = step(p.y), z = step(p.z);
@@ -31,7 +34,8 @@ class Cubes {
         const std::uint64_t last = key(i, j, z + 1);
         auto at = std::lower_bound(sorted_.begin(), sorted_.end(), key(i, j, z - 1),
                                    [](const Entry& entry, std::uint64_t wanted) { return entry.key < wanted; });
-        for (; at != sorted_.end() && at->key <= last; ++at) see(at->row);
+        for (; at != sorted_.end() && at->key <= last; ++at)
+          see(at->row, copies_[static_cast<std::size_t>(at - sorted_.begin())]);
       }
   }
 
@@ -52,6 +56,7 @@ class Cubes {
 
   double reach_;
   std::vector<Entry> sorted_;
+  std::vector<Patch> copies_;
 };
 
 struct Nearest {
@@ -70,11 +75,12 @@ std::vector<Match> matches_of(const Patches& patches, const Context& context) {
     std::vector<Nearest> nearest;  // ascending views
     for (std::size_t a = begin; a < end; ++a) {
       nearest.clear();
-      cubes.around(all[a].centre, [&](std::uint32_t row) {
-        const Patch& other = all[row];
-        if (other.view == all[a].view) return;
-        const double distance2 = norm2(other.centre - all[a].centre), cosine = dot(other.normal, all[a].normal);
-        if (distance2 > reach * reach || (patches.sided ? cosine : std::abs(cosine)) < kLeastCosine) return;
+      const Patch& own = all[a];
+      cubes.around(own.centre, [&](std::uint32_t row, const Patch& other) {
+        const double distance2 = norm2(other.centre - own.centre);
+        if (distance2 > reach * reach || other.view == own.view) return;
+        const double cosine = dot(other.normal, own.normal);
+        if ((patches.sided ? cosine : std::abs(cosine)) < kLeastCosine) return;
         auto at = std::lower_bound(nearest.begin(), nearest.end(), other.view,
                                    [](const Nearest& entry, std::uint32_t view) { return entry.view < view; });
         if (at == nearest.end() || at->view != other.view)
