@@ -9,8 +9,8 @@
 namespace scanmill::cli {
 namespace {
 
-constexpr std::string_view kNames[] = {"job",        "plan",    "run",      "stream",     "bench",
-                                       "throughput", "journal", "worklist", "quarantine", "replay"};
+constexpr std::string_view kNames[] = {"job",     "plan",     "run",        "stream", "bench",      "throughput",
+                                       "journal", "worklist", "quarantine", "replay", "refinement", "truth"};
 
 }  // namespace
 
@@ -26,6 +26,8 @@ Result<std::string> schema_text(const std::string& name) {
   if (name == "worklist") return std::string(k_worklist_schema);
   if (name == "quarantine") return std::string(k_quarantine_schema);
   if (name == "replay") return std::string(k_replay_schema);
+  if (name == "refinement") return std::string(k_refinement_schema);
+  if (name == "truth") return std::string(k_truth_schema);
   if (name == "throughput") return std::string(k_throughput_schema);
   std::string sentence = "schema: found " + name + "; allowed " + document::joined(kNames);
   if (const std::string_view nearest = nearest_name(name, kNames); !nearest.empty())

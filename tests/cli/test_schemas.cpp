@@ -57,6 +57,13 @@ TEST(ReplaySchema, TellsTheExamplesApart) {
   EXPECT_EQ(judge("replay.schema.json", example("replay.invalid.json")), 1);
 }
 
+TEST(RefinementAndTruthSchemas, TellTheExamplesApart) {
+  for (const std::string name : {"refinement", "truth"}) {
+    EXPECT_EQ(judge(name + ".schema.json", example(name + ".valid.json")), 0) << name;
+    EXPECT_EQ(judge(name + ".schema.json", example(name + ".invalid.json")), 1) << name;
+  }
+}
+
 TEST(PlanSchema, TakesTheMachinesOfJobs) {
   for (const char* name : {"bradley", "turntable", "gantry", "fixed"}) {
     const std::string path = SCANMILL_SOURCE "/jobs/machines/" + std::string(name) + ".yaml";

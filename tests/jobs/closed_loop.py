@@ -9,6 +9,7 @@ import sys
 import tempfile
 
 import h5py
+import jsonschema
 import numpy
 
 from virtual_scanner import ROOT, cloud_of, plan_file, run
@@ -60,6 +61,7 @@ def scanned(work, name, pixels, *more, change=()):
     run("simulate", plan, "--object", "figurine", "--keep-out", "--out", f"{work}/{name}", *more)
     run("replay", f"{work}/{name}/mill.yaml", "-o", f"{work}/{name}.replay", "--no-pictures")
     truth = json.load(open(f"{work}/{name}/mill.truth.json"))
+    jsonschema.validate(truth, json.load(open(f"{ROOT}/schemas/truth.schema.json")))
     assert sum(view["around"] > 100 for view in truth["views"]) >= 8  # the fixture is in view
     assert len(cloud_of(f"{work}/{name}.replay/cloud.ply")) == sum(view["points"] for view in truth["views"])
 
@@ -94,6 +96,7 @@ def refined_loop(work, pixels, bin_mm):
         os.rename(f"{work}/off.out", f"{work}/off.out.{datum}")
         folder, errors[datum] = made(work, "off", bin_mm, REFINE % datum)
         told = json.load(open(f"{folder}/refinement.json"))
+        jsonschema.validate(told, json.load(open(f"{ROOT}/schemas/refinement.schema.json")))
         assert told["settled"] and len(told["views"]) == 20 and len(told["pairs"]) > 100, told["rounds"]
         assert told["gap_before_mm"] > 5 * told["gap_after_mm"], told
         for view in told["views"]:

@@ -7,10 +7,11 @@ import shutil
 import sys
 import tempfile
 
+import jsonschema
 import numpy
 
 from closed_loop import made, twenty_stations
-from virtual_scanner import cloud_of, plan_file, run
+from virtual_scanner import ROOT, cloud_of, plan_file, run
 
 
 def pictures_to_mesh(work):
@@ -38,6 +39,7 @@ def maps_are_written(work):
         print(text)
         assert sorted(os.listdir(f"{work}/maps{bits}")) == ["quality.png", "range.ply", "range.png", "unwrapped.png", "wrapped.png"]
     truth = json.load(open(f"{work}/a8/p.truth.json"))
+    jsonschema.validate(truth, json.load(open(f"{ROOT}/schemas/truth.schema.json")))
     assert truth["views"][0]["pictures"] == 12
     run("convert", f"{work}/a8/p.yaml", f"{work}/pictures.ply")
     run("simulate", plan, "--object", "figurine", "--out", f"{work}/points")
