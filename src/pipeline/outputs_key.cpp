@@ -176,4 +176,45 @@ Node outputs_schema() {
   return schema;
 }
 
+std::span<const std::string_view> preview_words() {
+  static constexpr std::string_view kWords[] = {"shaded", "error", "patches"};
+  return kWords;
+}
+
+std::vector<std::string> read_previews(const Node& value, Problems& problems) {
+  const auto words = preview_words();
+  const std::string allowed = "; allowed a list of " + document::joined(words) + ", one at least";
+  if (!value.is_sequence() || value.items().empty())
+    return problems.add(value.mark, "previews",
+                        "found " + (value.is_sequence() ? "an empty list" : shown(value)) + allowed),
+           std::vector<std::string>{};
+  std::vector<bool> asked(words.size(), false);
+  for (const Node& item : value.items()) {
+    const auto at = item.is_string() ? std::find(words.begin(), words.end(), item.as_string()) : words.end();
+    if (at == words.end())
+      problems.add(item.mark, "previews", "found " + shown(item) + allowed);
+    else
+      asked[static_cast<std::size_t>(at - words.begin())] = true;
+  }
+  std::vector<std::string> list;
+  for (std::size_t n = 0; n < words.size(); ++n)
+    if (asked[n]) list.emplace_back(words[n]);
+  return list;
+}
+
+Node previews_schema() {
+  Node all = Node::sequence();
+  for (const std::string_view word : preview_words()) all.push(word);
+  Node item = Node::map();
+  item.set("enum", all);
+  Node schema = Node::map();
+  schema.set("description",
+             "Pictures of the report, preview-WORD.png; each costs about a fifth of a small scan's time.");
+  schema.set("type", "array");
+  schema.set("items", std::move(item));
+  schema.set("minItems", 1);
+  schema.set("default", std::move(all));
+  return schema;
+}
+
 }  // namespace scanmill::pipeline

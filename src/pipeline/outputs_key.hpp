@@ -34,4 +34,9 @@ std::vector<Output> read_outputs(const document::Node& value, document::Problems
 document::Node outputs_to_document(const std::vector<Output>& outputs);
 document::Node outputs_schema();
 
+/// The job's `previews`: pictures of the report, preview-WORD.png each; in the order of the report, one at least.
+std::span<const std::string_view> preview_words();
+std::vector<std::string> read_previews(const document::Node& value, document::Problems& problems);
+document::Node previews_schema();
+
 }  // namespace scanmill::pipeline

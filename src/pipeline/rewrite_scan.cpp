@@ -80,6 +80,10 @@ Result<std::optional<ScanResult>> rewrite_scan(const std::string& archive, const
   result.name = scan.name;
   StageClock clock(result.stage_seconds);
   progress.stage("read record", 0, 0);
+  if (const std::string missing = picture_missing(previous, what); !missing.empty()) {
+    refusal = "it was made without " + missing;
+    return std::optional<ScanResult>();
+  }
   auto stored = sound_record(previous);
   if (!stored) {
     refusal = stored.error().text();
@@ -111,7 +115,7 @@ Result<std::optional<ScanResult>> rewrite_scan(const std::string& archive, const
     if (!finished.sections.sections.empty()) clock.lap("sections");
     TRY(points->verify_unchanged());
   }
-  const auto take_over = [&] { return copy_pictures(previous, folder); };
+  const auto take_over = [&] { return copy_pictures(previous, what, folder); };
   TRY(finish_scan(finished, what, frame, folder, take_over, clock, progress, result));
   return std::optional<ScanResult>(std::move(result));
 }

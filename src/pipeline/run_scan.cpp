@@ -116,7 +116,7 @@ std::vector<std::pair<std::string, std::string>> stage_versions() {
 
 KeyTexts key_texts(const What& what, const std::string& scan) {
   document::Node keys = to_document(what_for(what, scan)), late = document::Node::map();
-  for (const char* key : {"outputs", "sensor", "verify"}) {
+  for (const char* key : {"outputs", "previews", "sensor", "verify"}) {
     if (const document::Node* value = keys.find(key)) late.set(key, *value);
     std::erase_if(keys.entries(), [&](const document::Node::Entry& entry) { return entry.key == key; });
   }

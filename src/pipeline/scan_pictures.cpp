@@ -15,15 +15,18 @@ constexpr std::int64_t kWidth = 640, kHeight = 480;
 constexpr std::uint64_t kMostBytes = 64 << 20;
 
 struct Kind {
+  const char* word;  // in the job; empty: not asked for there
   const char* file;
   const char* caption;
   render::Style style;
 };
 /// In the order of the report; the last only where clean rules took points.
-constexpr Kind kShaded{"preview-shaded.png", "shaded, isometric; inside orange, open edges red", render::Style::Shaded};
-constexpr Kind kError{"preview-error.png", "fit error of each vertex's bin, isometric", render::Style::Error};
-constexpr Kind kPatches{"preview-patches.png", "patches with their seeds, isometric", render::Style::Patches};
-constexpr Kind kRemoved{"preview-removed.png", "what was kept, and in red what the clean rules removed",
+constexpr Kind kShaded{"shaded", "preview-shaded.png", "shaded, isometric; inside orange, open edges red",
+                       render::Style::Shaded};
+constexpr Kind kError{"error", "preview-error.png", "fit error of each vertex's bin, isometric", render::Style::Error};
+constexpr Kind kPatches{"patches", "preview-patches.png", "patches with their seeds, isometric",
+                        render::Style::Patches};
+constexpr Kind kRemoved{"", "preview-removed.png", "what was kept, and in red what the clean rules removed",
                         render::Style::Points};
 constexpr const Kind* kKinds[] = {&kShaded, &kError, &kPatches, &kRemoved};
 
@@ -41,6 +44,10 @@ Result<report::Picture> draw(const render::Scene& scene, const Kind& kind, const
   TRY(sink->commit());
   TRY(store::write_text(path, picture.png));
   return picture;
+}
+
+bool is_wanted(const Kind& kind, const What& what) {
+  return *kind.word == '\0' || std::find(what.previews.begin(), what.previews.end(), kind.word) != what.previews.end();
 }
 
 }  // namespace
@@ -64,7 +71,8 @@ Result<std::vector<report::Picture>> write_pictures(const ScanResults& results, 
   scene.mesh = &mesh;
   scene.vertex_error = errors;
   scene.seeds = seeds;
-  for (const Kind* kind : {&kShaded, &kError, &kPatches}) TRY(add(scene, *kind));
+  for (const Kind* kind : {&kShaded, &kError, &kPatches})
+    if (is_wanted(*kind, results.what)) TRY(add(scene, *kind));
   if (!results.cleaned.cleaned) return pictures;
   std::vector<Vec3> removed;
   for (const clean::RemovedPoint& point : results.cleaned.cleaned->removed_sample()) removed.push_back(point.position);
@@ -81,10 +89,17 @@ bool is_picture(std::string_view name) {
   return std::any_of(std::begin(kKinds), std::end(kKinds), [&](const Kind* kind) { return kind->file == name; });
 }
 
-Result<std::vector<report::Picture>> copy_pictures(const Previous& previous, const std::string& folder) {
+std::string picture_missing(const Previous& previous, const What& what) {
+  for (const Kind* kind : kKinds)
+    if (*kind->word != '\0' && is_wanted(*kind, what) && !previous.find(kind->file)) return kind->file;
+  return {};
+}
+
+Result<std::vector<report::Picture>> copy_pictures(const Previous& previous, const What& what,
+                                                   const std::string& folder) {
   std::vector<report::Picture> pictures;
   for (const Kind* kind : kKinds) {
-    if (!previous.find(kind->file)) continue;
+    if (!is_wanted(*kind, what) || !previous.find(kind->file)) continue;
     const std::string path = previous.folder + "/" + kind->file;
     TRY_ASSIGN(const auto source, store::open_file(path, path));
     report::Picture& picture =

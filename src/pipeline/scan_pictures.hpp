@@ -14,15 +14,19 @@
 
 namespace scanmill::pipeline {
 
-/// Writes preview-shaded.png, preview-error.png, preview-patches.png and, where points were removed,
-/// preview-removed.png into `folder`; the same pictures for the report.
+/// Writes the job's previews (preview-shaded.png, preview-error.png, preview-patches.png) and, where points were
+/// removed, preview-removed.png into `folder`; the same pictures for the report.
 Result<std::vector<report::Picture>> write_pictures(const ScanResults& results, const std::string& folder,
                                                     const Context& context, Progress& progress);
 
 /// Whether write_pictures gives this name to a file.
 bool is_picture(std::string_view name);
 
-/// The pictures of an earlier result of the same mesh, copied into `folder`.
-Result<std::vector<report::Picture>> copy_pictures(const Previous& previous, const std::string& folder);
+/// The first picture that the job asks for and an earlier result does not have; empty when it has all.
+std::string picture_missing(const Previous& previous, const What& what);
+
+/// The pictures that the job asks for of an earlier result of the same mesh, copied into `folder`.
+Result<std::vector<report::Picture>> copy_pictures(const Previous& previous, const What& what,
+                                                   const std::string& folder);
 
 }  // namespace scanmill::pipeline

@@ -15,11 +15,12 @@ using document::Node;
 using document::Problems;
 using document::shown;
 
-constexpr std::string_view kKeys[] = {"profile", "units",  "mesh_vertices_as_scan",
-                                      "format",  "views",  "refine", "clean",
-                                      "lattice", "reduce", "grow",
-                                      "seeds",   "merge",  "optimise",
-                                      "verify",  "sensor", "outputs"};
+constexpr std::string_view kKeys[] = {"profile",  "units",   "mesh_vertices_as_scan",
+                                      "format",   "views",   "refine",
+                                      "clean",    "lattice", "reduce",
+                                      "grow",     "seeds",   "merge",
+                                      "optimise", "verify",  "sensor",
+                                      "outputs",  "previews"};
 constexpr std::string_view kProfiles[] = {"scan", "paper"};
 constexpr std::string_view kUnits[] = {"mm", "cm", "m", "um", "in"};
 constexpr std::string_view kPointsKey[] = {"points"};
@@ -150,6 +151,7 @@ What read(const Node& root, bool complete, Problems& problems) {
   if (const Node* value = root.find("verify")) read_verify(*value, what, problems);
   section("sensor", Sensor::fields(), &what.sensor);
   if (const Node* value = root.find("outputs")) what.outputs = read_outputs(*value, problems);
+  if (const Node* value = root.find("previews")) what.previews = read_previews(*value, problems);
   for (const Exclusive& group : kExclusive) {
     const auto given = given_of(root, group);
     if (given.size() > 1)
@@ -249,6 +251,8 @@ Node to_document(const What& what) {
   if (!what.verify.sections.empty()) verify.set("sections", sections_to_document(what.verify.sections));
   tree.set("sensor", document::fields_to_document(Sensor::fields(), &what.sensor));
   tree.set("outputs", outputs_to_document(what.outputs));
+  Node& previews = tree.set("previews", Node::sequence());
+  for (const std::string& word : what.previews) previews.push(word);
   return tree;
 }
 

@@ -51,6 +51,7 @@ struct What {
   verify::Params verify;
   Sensor sensor;
   std::vector<Output> outputs{{"stl", false}};
+  std::vector<std::string> previews{preview_words().begin(), preview_words().end()};
 };
 
 /// Reads the what keys (what_keys()) of a tree; keys of others are left alone. `profile` sets the defaults, single keys

@@ -94,6 +94,7 @@ Node what_schema() {
   properties.find("verify")->find("properties")->set("sections", sections_schema());
   section("sensor", Sensor::fields(), &defaults.sensor, "What is known of the sensor.");
   properties.set("outputs", outputs_schema());
+  properties.set("previews", previews_schema());
   return properties;
 }
 

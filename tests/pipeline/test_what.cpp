@@ -62,6 +62,14 @@ TEST(WhatFrom, ReportsEveryProblemWithPlaceAllowedAndNearest) {
   EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 10) << text;
 }
 
+TEST(WhatFrom, PreviewsAreThoseAskedForInTheReportsOrder) {
+  using List = std::vector<std::string>;
+  EXPECT_EQ(what("lattice: {bin_mm: 1}\n")->previews, (List{"shaded", "error", "patches"}));
+  EXPECT_EQ(what("lattice: {bin_mm: 1}\npreviews: [patches, shaded, patches]\n")->previews, (List{"shaded", "patches"}));
+  for (const char* text : {"previews: []\n", "previews: [shadow]\n", "previews: shaded\n"})
+    EXPECT_NE(error_of(text).find("allowed a list of shaded, error, patches, one at least"), std::string::npos) << text;
+}
+
 TEST(WhatFrom, NamesTheSlipsOfNumbers) {
   EXPECT_NE(error_of("lattice:\n  bin_mm: 1,5\n").find("; decimals take a point: 1.5"), std::string::npos);
   EXPECT_NE(error_of("lattice: {bin_mm: 1,5}\n").find("lattice.5: unknown key"), std::string::npos);
