@@ -29,9 +29,9 @@ struct Scene {
   const Mesh* mesh = nullptr;
   std::span<const Vec3> points;          // global frame, mm
   std::span<const Vec3> removed;         // global frame, mm; style Points only
-  std::uint64_t removed_of = 0;          // `removed` is a sample of so many; 0: it is all
   std::span<const double> vertex_error;  // mm, per vertex of the mesh; NaN where none is known
-  std::span<const Vec3> seeds;           // global frame, mm; style Patches only
+  std::span<const Vec3> seeds{};         // global frame, mm; style Patches only
+  std::uint64_t removed_of = 0;          // `removed` is a sample of so many; 0: it is all
 };
 
 struct PictureParams {
