@@ -262,7 +262,9 @@ std::string unknown_word(const CLI::App& app) {
 
 /// A path of the command line that leads nowhere is a slip there, whatever the command would have made of the file.
 Result<void> inputs_are_there(const std::string& name, const Options& o) {
-  std::vector<std::string> files = name.starts_with("plan ") ? o.plan.named_files() : o.inputs;
+  std::vector<std::string> files = name.starts_with("plan ") ? o.plan.named_files()
+                                   : name == "simulate"      ? o.simulate.named_files()
+                                                             : o.inputs;
   for (const std::string& file : {o.input, o.second, o.audit.record, o.timing.file, o.timing.against})
     files.push_back(file);
   for (const std::string& file : files) {

@@ -66,6 +66,7 @@ void PlanOptions::add_to(CLI::App& group, const MakeCommand& make) {
 std::vector<std::string> PlanOptions::named_files() const {
   std::vector<std::string> files = inputs_;
   for (const std::string& file : {input_, machine_, import_.machine, propose_.object}) files.push_back(file);
+  files.insert(files.end(), calibrate_.plans.begin(), calibrate_.plans.end());
   return files;
 }
 

@@ -18,6 +18,11 @@ class SimulateOptions {
   Result<pipeline::ToolReport> run(const Context& context, Progress& progress) const {
     return pipeline::simulate_plan(choice_, context, progress);
   }
+  /// Paths that were given to read; an object without point and slash is a built-in one.
+  std::vector<std::string> named_files() const {
+    const bool is_file = choice_.object.find_first_of("./") != std::string::npos;
+    return is_file ? std::vector<std::string>{choice_.plan, choice_.object} : std::vector<std::string>{choice_.plan};
+  }
 
  private:
   pipeline::SimulateChoice choice_;

@@ -8,9 +8,13 @@
 #include <cstdlib>
 
 #include "base/text.hpp"
+#include "base/utf8.hpp"
 
 namespace scanmill::runner {
 namespace {
+
+/// Names of files and texts of damaged records may hold anything, also what a terminal obeys.
+std::string shown(const std::string& line) { return printable(line, true); }
 
 constexpr auto kTtyInterval = std::chrono::milliseconds(100);
 constexpr auto kPlainInterval = std::chrono::seconds(3);
@@ -164,7 +168,7 @@ void Console::put(std::FILE* file, const std::string& line, const document::Node
   if (options_.json)
     std::fprintf(out_, "%s\n", document::to_json(event).c_str());
   else if (!hidden)
-    std::fprintf(file, "%s\n", line.c_str());
+    std::fprintf(file, "%s\n", shown(line).c_str());
   std::fflush(file);
   std::fflush(out_);
 }
@@ -186,7 +190,7 @@ void Console::print(const std::string& text) {
 void Console::remark(const std::string& line) {
   const std::lock_guard<std::mutex> guard(mutex_);
   erase();
-  std::fprintf(err_, "%s\n", line.c_str());
+  std::fprintf(err_, "%s\n", shown(line).c_str());
   std::fflush(err_);
 }
 
@@ -194,7 +198,7 @@ void Console::problem(const std::string& line, const document::Node& event) {
   {
     const std::lock_guard<std::mutex> guard(mutex_);
     erase();
-    std::fprintf(err_, colour_ ? "\x1b[31m%s\x1b[0m\n" : "%s\n", line.c_str());
+    std::fprintf(err_, colour_ ? "\x1b[31m%s\x1b[0m\n" : "%s\n", shown(line).c_str());
     std::fflush(err_);
   }
   if (options_.json) put(out_, line, event, false);
