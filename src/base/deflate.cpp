@@ -46,10 +46,11 @@ Deflater::Deflater(Deflater&&) noexcept = default;
 Deflater& Deflater::operator=(Deflater&&) noexcept = default;
 Deflater::~Deflater() = default;
 
-Result<Deflater> Deflater::begin(Wrapping wrapping, int level) {
+Result<Deflater> Deflater::begin(Wrapping wrapping, int level, Strategy strategy) {
   auto stream = std::make_unique<Stream>();
   const int bits = wrapping == Wrapping::Zlib ? kWindowBits : -kWindowBits;
-  const int state = deflateInit2(&stream->z, level, Z_DEFLATED, bits, kMemoryLevel, Z_DEFAULT_STRATEGY);
+  const int state = deflateInit2(&stream->z, level, Z_DEFLATED, bits, kMemoryLevel,
+                                 strategy == Strategy::Runs ? Z_RLE : Z_DEFAULT_STRATEGY);
   if (state != Z_OK)
     return fail(state == Z_MEM_ERROR ? Code::NoSpace : Code::Internal,
                 "zlib could not begin to compress (code " + std::to_string(state) + ")");

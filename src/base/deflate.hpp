@@ -11,13 +11,15 @@
 namespace scanmill {
 
 enum class Wrapping { Zlib, None };
+enum class Strategy { Matches, Runs };
 
 /// Compresses what is added, in order. The bytes depend on the input, the level and the zlib library, not on the pieces
 /// that the input comes in as long as each is larger than a window or all come at once.
 class Deflater {
  public:
+  /// Runs: a byte that repeats is all that is looked for, which is twice as fast.
   /// errors  NoSpace
-  static Result<Deflater> begin(Wrapping wrapping, int level);
+  static Result<Deflater> begin(Wrapping wrapping, int level, Strategy strategy = Strategy::Matches);
   Deflater(Deflater&&) noexcept;
   Deflater& operator=(Deflater&&) noexcept;
   ~Deflater();

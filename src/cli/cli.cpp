@@ -182,8 +182,8 @@ void add_tool_commands(CLI::App& app, Options& options) {
   audit.add_option("record", options.audit.record, "record.h5, or the folder of a scan.")->required();
   audit.add_option("--archive", options.audit.archive, "Folder with the inputs; run.json of the output tree says it.");
   audit.add_flag("--rerun", options.audit.rerun, "Make the scan again from record and archive alone, and compare.");
-  CLI::App& simulate =
-      command(app, options, "simulate", "Views of an object from the stations of a scan plan, as a rig would take them.");
+  CLI::App& simulate = command(app, options, "simulate",
+                               "Views of an object from the stations of a scan plan, as a rig would take them.");
   options.simulate.add_to(simulate);
   CLI::App& fringes = command(app, options, "fringes", "Fringe pictures to phases, a quality mask and a range map.");
   fringes.add_option("description", options.input, "Text that names the pictures (docs/formats.md).")->required();

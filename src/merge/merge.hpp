@@ -33,8 +33,8 @@ struct Merged {
 };
 
 /// Components below min_component_share of all triangles are dropped (the largest never is). A component whose side the
-/// views do not tell is turned so that it encloses a positive volume about the middle of its box; a flat sheet across an axis (ground seen
-/// from the air) so that it shows that axis's positive side.
+/// views do not tell is turned so that it encloses a positive volume about the middle of its box; a flat sheet across
+/// an axis (ground seen from the air) so that it shows that axis's positive side.
 Merged merge_components(const Input& input, const Params& params);
 
 }  // namespace scanmill::merge

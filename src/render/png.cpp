@@ -7,12 +7,14 @@
 #include <vector>
 
 #include "base/deflate.hpp"
-#include "base/run_deflate.hpp"
 #include "base/wide.hpp"
 
 namespace scanmill::render {
 namespace {
 
+// A part in 640x480, filtered: looking for runs alone takes 10 ms for 141 kB, level 1 as long for 146 kB, level 4 takes
+// 18 ms for 122 kB, level 6 takes 43 ms for 113 kB.
+constexpr int kLevel = 1;
 constexpr std::size_t kPixel = 3;
 
 void add_u32(std::string& out, std::uint32_t value) {
@@ -75,8 +77,10 @@ Result<void> write_png(const Image& image, ByteSink& sink) {
     return fail(Code::Unsupported, "a picture of more than 2 GB of pixels; choose a smaller width and height",
                 sink.name());
   const std::vector<std::uint8_t> raw = filtered(image);
-  // A part in 640x480: 141 kB; zlib looking for matches too takes ten times as long for 122 kB.
-  const std::string deflated = run_deflated(raw);
+  std::string deflated;
+  TRY_ASSIGN(Deflater deflater, Deflater::begin(Wrapping::Zlib, kLevel, Strategy::Runs));
+  TRY(deflater.add(std::span<const char>(reinterpret_cast<const char*>(raw.data()), raw.size()), deflated));
+  TRY(deflater.finish(deflated));
   std::string out("\x89PNG\r\n\x1a\n", 8), header;
   out.reserve(deflated.size() + 64);
   add_u32(header, static_cast<std::uint32_t>(image.width));

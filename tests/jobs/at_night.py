@@ -7,12 +7,11 @@ at_night.py CASE        (SCANMILL: the program)
 import json
 import math
 import os
-import shutil
 import signal
 import subprocess
-import sys
-import tempfile
 import time
+
+from cases import run_case
 
 SCANMILL = os.environ["SCANMILL"]
 KEYS = "settle_s: 0\nlattice: {bin_mm: 1.5}\nretry: {wait_s: 0.05}\n"
@@ -176,15 +175,5 @@ def dry_run_tells_what_it_would_do(work):
     assert dot.startswith("digraph") and '"b: run"' in dot and dot.rstrip().endswith("}"), dot
 
 
-CASES = [bad_scans_cost_only_themselves, two_runs_meet, the_first_request_drains_the_second_stops, cancel_and_gc,
-         dry_run_tells_what_it_would_do]
-for case in CASES:
-    if case.__name__ == sys.argv[1]:
-        folder = tempfile.mkdtemp(prefix="scanmill-")
-        try:
-            case(folder)
-        finally:
-            shutil.rmtree(folder)
-        break
-else:
-    sys.exit(f"no case {sys.argv[1]}")
+run_case([bad_scans_cost_only_themselves, two_runs_meet, the_first_request_drains_the_second_stops, cancel_and_gc,
+          dry_run_tells_what_it_would_do])

@@ -8,10 +8,9 @@ import json
 import math
 import os
 import random
-import shutil
 import subprocess
-import sys
-import tempfile
+
+from cases import run_case
 
 SCANMILL = os.environ["SCANMILL"]
 MESHING = {"stars", "complete", "front", "merge", "grow", "optimise", "verify"}
@@ -157,15 +156,5 @@ def a_file_that_is_gone_comes_back_from_the_record(work):
     assert files(f"{work}/out/scans") == before
 
 
-CASES = [files_equal_those_of_a_full_run, gates_are_judged_from_the_record, a_record_that_was_changed_is_of_no_use,
-         a_file_that_is_gone_comes_back_from_the_record]
-for case in CASES:
-    if case.__name__ == sys.argv[1]:
-        folder = tempfile.mkdtemp(prefix="scanmill-")
-        try:
-            case(folder)
-        finally:
-            shutil.rmtree(folder)
-        break
-else:
-    sys.exit(f"no case {sys.argv[1]}")
+run_case([files_equal_those_of_a_full_run, gates_are_judged_from_the_record, a_record_that_was_changed_is_of_no_use,
+          a_file_that_is_gone_comes_back_from_the_record])
