@@ -34,11 +34,4 @@ Frames frames_of(const ReducedCloud& cloud, const std::vector<BinSums>& moments,
 /// residuals of the same bins in both windows, about 4,096 chosen by key, the part that does not grow.
 double noise_of(const ReducedCloud& cloud, const std::vector<BinSums>& moments, const Context& context);
 
-/// c2: the greedy independent set of the candidates in the order (distance, key); a candidate within c2 h of a kept one
-/// in the 5x5x5 window is dropped. Found by rounds in which a point decides once all better neighbours have: the same
-/// set as the serial greedy walk, for any threads. Points of two sides of a thin wall (signs known, normals opposed) do
-/// not compete.
-void thin(ReducedCloud& cloud, const std::vector<double>& order, double distance_bins, bool on_projected,
-          const Context& context);
-
 }  // namespace scanmill::reduce

@@ -12,6 +12,7 @@
 #include "base/text.hpp"
 #include "reduce/binning.hpp"
 #include "reduce/frame.hpp"
+#include "reduce/thin.hpp"
 
 namespace scanmill::reduce {
 namespace {

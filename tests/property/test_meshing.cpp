@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cctype>
+#include <cmath>
 
 #include "support/meshing.hpp"
 #include "support/shapes.hpp"
@@ -111,6 +112,28 @@ INSTANTIATE_TEST_SUITE_P(EveryMesh, OnShapes, testing::Range<std::size_t>(0, sha
                              if (std::isalnum(static_cast<unsigned char>(c)) == 0) c = '_';
                            return name;
                          });
+
+/// Rows of points that beat with the bins: a plane seen at a constant pitch of half a bin, tilted, or a wavy sheet.
+TEST(RangeMap, OfRegularPitchStaysWhole) {
+  constexpr int kSide = 90;
+  constexpr double kPitch = 0.5;
+  for (int shape = 0; shape < 11; ++shape) {
+    std::vector<Vec3> points;
+    for (int i = 0; i < kSide * kSide; ++i) {
+      const double x = kPitch * (i / kSide), y = kPitch * (i % kSide);
+      const double wave = 8 * std::sin(x / 9), hills = 4 * std::sin(x / 8) * std::cos(y / 8);
+      points.push_back({x, y, shape == 9 ? wave : shape == 10 ? hills : 0.125 * shape * x});
+    }
+    for (const double bin : {0.9, 1.0, 1.1, 1.3}) {
+      SCOPED_TRACE("shape " + std::to_string(shape) + ", bin " + std::to_string(bin));
+      const auto what = what_of(bin);
+      const auto meshed = mesh_points(points, what);
+      ASSERT_TRUE(meshed.ok()) << meshed.error().text();
+      EXPECT_EQ(meshed->surface.loops.size(), 1u);
+      EXPECT_EQ(meshed->surface.components, 1u);
+    }
+  }
+}
 
 }  // namespace
 }  // namespace scanmill::support

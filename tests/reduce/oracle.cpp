@@ -90,17 +90,61 @@ std::vector<Drop> oracle_drops(const ReducedCloud& cloud, const OracleBins& bins
   });
   const double limit = *params.min_neighbour_distance * h;
   const auto& place = params.neighbour_positions == NeighbourPositions::Projected ? cloud.projected : cloud.measured;
+  const auto two_sides = [&](std::size_t a, std::size_t b) {
+    return cloud.sign_known[a] && cloud.sign_known[b] && dot(cloud.normal[a], cloud.normal[b]) < 0;
+  };
+  // Rows of the (2 r + 1)^3 bins around one that are in the walk.
+  std::vector<std::uint8_t> walks(cloud.size(), 0);
+  for (const auto& [distance, row, key] : walk) walks[row] = 1;
+  const auto around = [&](const BinKey& key, int r) {
+    std::vector<std::size_t> rows;
+    for (int i = -r; i <= r; ++i)
+      for (int j = -r; j <= r; ++j)
+        for (int k = -r; k <= r; ++k)
+          if (const auto near = bins.find({key.i + i, key.j + j, key.k + k}); near != bins.end())
+            if (walks[near->second.row]) rows.push_back(near->second.row);
+    return rows;
+  };
   std::vector<std::uint8_t> taken(cloud.size(), 0);
   for (const auto& [distance, row, key] : walk) {
-    for (int n = 0; n < 125 && drop[row] == Drop::Kept; ++n) {
-      const auto near = bins.find({key.i + n / 25 - 2, key.j + n / 5 % 5 - 2, key.k + n % 5 - 2});
-      if (near == bins.end() || !taken[near->second.row]) continue;
-      const std::size_t other = near->second.row;
-      const bool opposite_sides =
-          cloud.sign_known[row] && cloud.sign_known[other] && dot(cloud.normal[row], cloud.normal[other]) < 0;
-      if (!opposite_sides && norm2(place[other] - place[row]) < limit * limit) drop[row] = Drop::NeighbourDistance;
-    }
+    for (const std::size_t other : around(key, 2))
+      if (taken[other] && !two_sides(row, other) && norm2(place[other] - place[row]) < limit * limit)
+        drop[row] = Drop::NeighbourDistance;
     taken[row] = drop[row] == Drop::Kept;
+  }
+  if (params.neighbour_positions != NeighbourPositions::Projected) return drop;
+  // What the walk dropped beside a void comes back: a ball of 1 h between the point and another measured one at most
+  // 2.2 h away (in the middle of two dropped ones, touching a kept one) that holds no kept point; both on one flat
+  // face.
+  const std::vector<Drop> first = drop;
+  const auto one_face = [&](std::size_t a, std::size_t b) {
+    double cosine = dot(cloud.normal[a], cloud.normal[b]);
+    if (!cloud.sign_known[a] || !cloud.sign_known[b]) cosine = std::abs(cosine);
+    return cosine >= 0.7 && cloud.residual[a] <= 0.2 && cloud.residual[b] <= 0.2;
+  };
+  std::vector<std::uint8_t> back(cloud.size(), 0);
+  for (const auto& [distance, row, key] : walk) {
+    if (first[row] == Drop::Kept) continue;
+    bool crowded = false, beside_void = false;
+    for (const std::size_t other : around(key, 2))
+      crowded |= first[other] == Drop::Kept && norm2(place[other] - place[row]) < 0.25 * limit * limit;
+    for (const std::size_t other : around(key, 2)) {
+      const double d = norm(place[other] - place[row]);
+      if (other == row || !one_face(row, other) || d > 2.2 * h || (first[other] == Drop::Kept && d <= h)) continue;
+      const Vec3 centre = first[other] == Drop::Kept ? place[other] + (place[row] - place[other]) * (h / d)
+                                                     : (place[row] + place[other]) * 0.5;
+      bool empty = true;
+      for (const std::size_t kept : around(key, 3))
+        if (first[kept] == Drop::Kept && kept != other && norm2(place[kept] - centre) < h * h) empty = false;
+      beside_void |= empty;
+    }
+    if (crowded || !beside_void) continue;
+    bool beaten = false;
+    for (const std::size_t other : around(key, 2))
+      beaten |= back[other] && !two_sides(row, other) && norm2(place[other] - place[row]) < limit * limit;
+    if (beaten) continue;
+    back[row] = 1;
+    drop[row] = Drop::Kept;
   }
   return drop;
 }

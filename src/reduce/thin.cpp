@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: Apache-2.0
+// Greedy thinning by rounds (docs/algorithm.md, "Thin"). Every decision is a function of the points within a few bins.
+#include "reduce/thin.hpp"
+
+#include <algorithm>
+
+namespace scanmill::reduce {
+namespace {
+
+constexpr std::size_t kGrain = 4096;
+/// A ball of this radius (bin edges) between two measured points, with no kept point in it, is a void: kept points may
+/// face each other over 2 h, and four of them at the corners of a rectangle over more than g1, 2.5 h.
+constexpr double kVoid = 1.0;
+constexpr double kFarthestPair = 2.2;  // bin edges: winners of neighbouring bins
+constexpr double kOneFace = 0.7;       // least cosine of normals on one face
+constexpr double kFlat = 0.2;          // greatest residual there, bin edges
+constexpr double kLeastStep = 0.5;  // of c2: nearer to a kept point than that, a point would close little of the void
+
+struct Thinning {
+  ReducedCloud& cloud;
+  const std::vector<double>& order;
+  const std::vector<Vec3>& position;
+  double limit2;
+  const Context& context;
+
+  bool is_before(std::size_t a, std::size_t b) const { return order[a] != order[b] ? order[a] < order[b] : a < b; }
+  bool on_two_sides(std::size_t a, std::size_t b) const {
+    return cloud.sign_known[a] && cloud.sign_known[b] && dot(cloud.normal[a], cloud.normal[b]) < 0;
+  }
+  /// Both on a face: not at a crease or the rim of a plate, where frames say little, nor across one.
+  bool on_one_face(std::size_t a, std::size_t b) const {
+    const double cosine = dot(cloud.normal[a], cloud.normal[b]);
+    return cloud.residual[a] <= kFlat && cloud.residual[b] <= kFlat &&
+           (cloud.sign_known[a] && cloud.sign_known[b] ? cosine : std::abs(cosine)) >= kOneFace;
+  }
+  double distance2(std::size_t a, std::size_t b) const { return norm2(position[a] - position[b]); }
+
+  /// The greedy set among the marked rows: 1 where a row is in it.
+  std::vector<std::uint8_t> greedy(const std::vector<std::uint8_t>& marked) const;
+  /// 1 where a dropped point lies beside a void.
+  std::vector<std::uint8_t> beside_voids(const std::vector<std::uint8_t>& marked,
+                                         const std::vector<std::uint8_t>& kept) const;
+  bool is_beside_void(std::size_t row, const std::vector<std::uint8_t>& marked, const std::vector<std::uint8_t>& kept,
+                      BinIndex::Reader& reader, std::vector<std::int32_t>& around) const;
+};
+
+std::vector<std::uint8_t> Thinning::greedy(const std::vector<std::uint8_t>& marked) const {
+  const std::size_t n = cloud.size();
+  // Better neighbours within reach, as ranges of one array per piece.
+  std::vector<std::vector<std::uint32_t>> rivals((n + kGrain - 1) / kGrain);
+  std::vector<std::uint32_t> first(n), count(n, 0);
+  for_each_piece(context, n, kGrain, [&](std::size_t begin, std::size_t end, std::size_t piece, int) {
+    BinIndex::Reader reader(cloud.index);
+    std::vector<std::int32_t> around;
+    for (std::size_t row = begin; row < end; ++row) {
+      first[row] = static_cast<std::uint32_t>(rivals[piece].size());
+      if (!marked[row]) continue;
+      around.clear();
+      reader.window(cloud.bins[row], 2, around);
+      for (const std::int32_t near : around) {
+        const auto other = static_cast<std::size_t>(near);
+        if (other == row || !marked[other] || distance2(row, other) >= limit2) continue;
+        if (!is_before(other, row) || on_two_sides(row, other)) continue;
+        rivals[piece].push_back(static_cast<std::uint32_t>(other));
+      }
+      count[row] = static_cast<std::uint32_t>(rivals[piece].size()) - first[row];
+    }
+  });
+  enum : std::uint8_t { kDropped, kKept, kOpen };
+  std::vector<std::uint8_t> state(n), next(n);
+  std::vector<std::uint32_t> open;
+  for (std::size_t row = 0; row < n; ++row) {
+    state[row] = !marked[row] ? kDropped : count[row] == 0 ? kKept : kOpen;
+    if (state[row] == kOpen) open.push_back(static_cast<std::uint32_t>(row));
+  }
+  while (!open.empty() && !context.cancel.is_set()) {
+    for_each_range(context, open.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) {
+        const std::uint32_t row = open[i];
+        const std::uint32_t* rival = rivals[row / kGrain].data() + first[row];
+        bool any_open = false, any_kept = false;
+        for (std::uint32_t k = 0; k < count[row]; ++k) {
+          any_open |= state[rival[k]] == kOpen;
+          any_kept |= state[rival[k]] == kKept;
+        }
+        next[row] = any_kept ? kDropped : any_open ? kOpen : kKept;
+      }
+    });
+    std::size_t left = 0;
+    for (const std::uint32_t row : open) {
+      state[row] = next[row];
+      if (state[row] == kOpen) open[left++] = row;
+    }
+    open.resize(left);
+  }
+  return state;
+}
+
+bool Thinning::is_beside_void(std::size_t row, const std::vector<std::uint8_t>& marked,
+                              const std::vector<std::uint8_t>& kept, BinIndex::Reader& reader,
+                              std::vector<std::int32_t>& around) const {
+  const double h = cloud.lattice.edge_mm, radius = kVoid * h, radius2 = radius * radius;
+  const double least2 = kLeastStep * kLeastStep * limit2, farthest2 = kFarthestPair * kFarthestPair * h * h;
+  around.clear();
+  reader.window(cloud.bins[row], 2, around);
+  for (const std::int32_t near : around)
+    if (kept[static_cast<std::size_t>(near)] && distance2(row, static_cast<std::size_t>(near)) < least2) return false;
+  const std::size_t inner = around.size();
+  bool widened = false;
+  const auto holds_kept = [&](std::size_t begin, const Vec3& centre, std::size_t except) {
+    for (std::size_t i = begin; i < around.size(); ++i) {
+      const auto other = static_cast<std::size_t>(around[i]);
+      if (kept[other] && other != except && norm2(position[other] - centre) < radius2) return true;
+    }
+    return false;
+  };
+  for (std::size_t i = 0; i < inner; ++i) {
+    const auto other = static_cast<std::size_t>(around[i]);
+    if (other == row || !marked[other] || !on_one_face(row, other)) continue;
+    const double d2 = distance2(row, other);
+    if (d2 > farthest2 || (kept[other] && d2 <= radius2)) continue;
+    // Between two dropped points the ball stands in the middle; a kept one lies on it.
+    const Vec3 centre = kept[other] ? position[other] + (position[row] - position[other]) * (radius / std::sqrt(d2))
+                                    : (position[row] + position[other]) * 0.5;
+    if (holds_kept(0, centre, other)) continue;
+    if (!widened) {
+      reader.window(cloud.bins[row], 3, around);
+      widened = true;
+      if (holds_kept(inner, centre, other)) continue;
+    }
+    return true;
+  }
+  return false;
+}
+
+std::vector<std::uint8_t> Thinning::beside_voids(const std::vector<std::uint8_t>& marked,
+                                                 const std::vector<std::uint8_t>& kept) const {
+  std::vector<std::uint8_t> found(cloud.size(), 0);
+  for_each_range(context, cloud.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+    BinIndex::Reader reader(cloud.index);
+    std::vector<std::int32_t> around;
+    for (std::size_t row = begin; row < end; ++row)
+      if (marked[row] && !kept[row]) found[row] = is_beside_void(row, marked, kept, reader, around);
+  });
+  return found;
+}
+
+}  // namespace
+
+void thin(ReducedCloud& cloud, const std::vector<double>& order, double distance_bins, bool on_projected,
+          const Context& context) {
+  const double limit = distance_bins * cloud.lattice.edge_mm;
+  const Thinning thinning{cloud, order, on_projected ? cloud.projected : cloud.measured, limit * limit, context};
+  std::vector<std::uint8_t> marked(cloud.size());
+  for (std::size_t row = 0; row < cloud.size(); ++row) marked[row] = cloud.drop[row] == Drop::Kept;
+  std::vector<std::uint8_t> kept = thinning.greedy(marked);
+  if (on_projected) {
+    const std::vector<std::uint8_t> back = thinning.greedy(thinning.beside_voids(marked, kept));
+    for (std::size_t row = 0; row < cloud.size(); ++row) kept[row] |= back[row];
+  }
+  for (std::size_t row = 0; row < cloud.size(); ++row)
+    if (marked[row] && !kept[row]) cloud.drop[row] = Drop::NeighbourDistance;
+}
+
+}  // namespace scanmill::reduce
