@@ -2,6 +2,7 @@
 #include "formats/text_cells.hpp"
 
 #include <algorithm>
+#include <utility>
 
 #include "formats/decimal.hpp"
 
@@ -13,12 +14,15 @@ bool is_separator(char c) { return c == ',' || c == ';'; }
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
 char lower(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; }
 
-bool is_unit(std::string_view word) {
-  static constexpr std::string_view kUnits[] = {"mm", "cm", "m", "in", "inch", "um", "\xc2\xb5m"};
-  return std::any_of(std::begin(kUnits), std::end(kUnits), [&](std::string_view unit) {
-    return word.size() == unit.size() &&
-           std::equal(word.begin(), word.end(), unit.begin(), [](char a, char b) { return lower(a) == b; });
-  });
+/// mm of a unit of length; 0 for any other word.
+double mm_of_unit(std::string_view word) {
+  static constexpr std::pair<std::string_view, double> kUnits[] = {
+      {"mm", 1}, {"cm", 10}, {"m", 1000}, {"in", 25.4}, {"inch", 25.4}, {"um", 0.001}, {"\xc2\xb5m", 0.001}};
+  for (const auto& [unit, mm] : kUnits)
+    if (word.size() == unit.size() &&
+        std::equal(word.begin(), word.end(), unit.begin(), [](char a, char b) { return lower(a) == b; }))
+      return mm;
+  return 0;
 }
 
 bool is_bracketed(std::string_view word) {
@@ -27,8 +31,9 @@ bool is_bracketed(std::string_view word) {
           (word.front() == '{' && word.back() == '}'));
 }
 
-/// 0, 1, 2 for x, y, z; 3 for anything else.
-std::size_t axis_of(std::string_view cell) {
+/// 0, 1, 2 for x, y, z; 3 for anything else. `mm` becomes the unit behind it, 0 where none is known.
+std::size_t axis_of(std::string_view cell, double& mm) {
+  mm = 0;
   if (cell.empty()) return 3;
   const char c = lower(cell.front());
   if (c < 'x' || c > 'z') return 3;
@@ -36,7 +41,9 @@ std::size_t axis_of(std::string_view cell) {
   const bool parted = rest.size() + 1 < cell.size();
   const bool marked = !rest.empty() && (rest.front() == '_' || rest.front() == '/');
   if (marked) rest = trimmed(rest.substr(1));
-  const bool names = rest.empty() ? !marked : is_bracketed(rest) || ((parted || marked) && is_unit(rest));
+  const bool bracketed = is_bracketed(rest);
+  mm = mm_of_unit(bracketed ? trimmed(rest.substr(1, rest.size() - 2)) : rest);
+  const bool names = rest.empty() ? !marked : bracketed || ((parted || marked) && mm > 0);
   return names ? static_cast<std::size_t>(c - 'x') : 3;
 }
 
@@ -135,8 +142,10 @@ bool has_decimal_commas(std::string_view line) {
 AxisNames axis_names(const std::vector<std::string_view>& cells) {
   AxisNames names;
   for (std::size_t i = 0; i < cells.size(); ++i) {
-    const std::size_t axis = axis_of(cells[i]);
+    double mm = 0;
+    const std::size_t axis = axis_of(cells[i], mm);
     if (axis == 3) continue;
+    names.mm[axis] = mm;
     names.place[axis] = static_cast<std::uint32_t>(i);
     ++names.count[axis];
   }
@@ -154,8 +163,12 @@ std::vector<std::string_view> header_cells(std::string_view line, char separator
       return cells;
     }
   std::vector<std::string_view> names;
-  for (const std::string_view word : columns_of(line))
-    if (names.empty() || !is_bracketed(word)) names.push_back(word);
+  for (const std::string_view word : columns_of(line)) {
+    if (names.empty() || !is_bracketed(word))
+      names.push_back(word);
+    else  // as far as the end of the bracket
+      names.back() = {names.back().data(), static_cast<std::size_t>(word.data() + word.size() - names.back().data())};
+  }
   return names;
 }
 

@@ -30,8 +30,9 @@ bool is_decimal_comma(std::string_view cell);
 /// "1,5;2,5;3,5", "1.234,5;2;3" and "1,5 2,5 3,5": read as points these would be silently wrong.
 bool has_decimal_commas(std::string_view line);
 
-/// How often each of x, y, z is the name of a cell, and where last.
+/// How often each of x, y, z is the name of a cell, and where last; the unit stated there in mm, 0 for none.
 struct AxisNames {
+  std::array<double, 3> mm{};
   std::array<std::uint32_t, 3> place{};
   std::array<int, 3> count{};
   bool all() const { return count[0] == 1 && count[1] == 1 && count[2] == 1; }

@@ -31,6 +31,7 @@ struct TextStart {
   std::uint64_t data_offset = 0;                 // of the first line behind the header lines
   std::uint64_t data_line = 1;                   // its number
   bool has_data = false;                         // a data line was found in what was looked at
+  double mm_per_unit = 0;                        // as the names of the columns say; 0: they do not
   std::vector<std::string> notes;
 };
 
@@ -39,7 +40,8 @@ struct TextStart {
 /// each of x, y, z is the name of exactly one cell; otherwise the first three columns of numbers are taken. The notes
 /// say which columns those are unless they are the first three of a file without a header.
 /// errors  BadInput with "file:line": no line with three numbers, a header that names x and y but no z or more columns
-///         than there are, decimal commas, UTF-16, line ends that are a carriage return alone
+///         than there are, names with different units, decimal commas, UTF-16, line ends that are a carriage return
+///         alone
 Result<TextStart> judge_start(std::string_view text, bool complete, const std::string& name);
 
 /// One data line.

@@ -37,6 +37,7 @@ class TextReader final : public ViewReader {
     header_.format = "text";
     header_.row_meaning = RowMeaning::LineFromOne;
     for (const TextRun& run : runs_) header_.rows += run.rows;
+    header_.mm_per_unit = start.mm_per_unit;
     header_.notes = std::move(start.notes);
   }
 

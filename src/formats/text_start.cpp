@@ -30,6 +30,16 @@ std::string_view comment_text(std::string_view line) {
   return trimmed(line);
 }
 
+/// Three cells or more that all begin as numbers do, `0,5D+01` or `1·25`: points in a writing that is not read, no
+/// header.
+bool begins_as_numbers(const std::vector<std::string_view>& cells) {
+  const auto begins = [](std::string_view cell) {
+    const auto at = cell.find_first_not_of("+-.");
+    return at != std::string_view::npos && at <= 2 && cell[at] >= '0' && cell[at] <= '9';
+  };
+  return cells.size() >= 3 && std::all_of(cells.begin(), cells.end(), begins);
+}
+
 struct HeaderLine {
   std::string_view text;
   std::uint64_t number = 0;
@@ -53,7 +63,8 @@ class Judge {
       return first_data(line, cells, separator, number);
     if (cells.size() == 1 && numbers == 1 && !start_.declared_points && headers_.empty())
       return take_count(cells[0], line, number);
-    if (cells.empty() || is_number(cells[0]) || headers_.size() == kMaxHeaderLines) return wanted_numbers(line, number);
+    if (cells.empty() || is_number(cells[0]) || begins_as_numbers(cells) || headers_.size() == kMaxHeaderLines)
+      return wanted_numbers(line, number);
     headers_.push_back({line, number});
     if (start_.notes.size() < kMaxHeaderNotes)
       start_.notes.push_back("line " + std::to_string(number) + " is a header line: " + quoted(trimmed(line)));
@@ -103,7 +114,7 @@ class Judge {
     // CloudCompare writes its column names as a comment; they count when there is one name per column.
     const auto names = header_cells(remark_.text, separator);
     if (const AxisNames axes = axis_names(names); axes.all() && names.size() == cells.size()) {
-      choose(axes.place, names, remark_.number, separator);
+      TRY(choose(axes, names, remark_.number, separator));
       return true;
     }
     std::array<std::uint32_t, 3> xyz{};
@@ -124,7 +135,7 @@ class Judge {
     const bool by_words = header.text.find_first_of(";,\t") == std::string_view::npos;
     if (axes.all()) {
       if (!by_words || names.size() == cells.size() || (axes.side_by_side() && names.size() < cells.size())) {
-        choose(axes.place, names, header.number, separator);
+        TRY(choose(axes, names, header.number, separator));
         return true;
       }
       if (!axes.side_by_side()) return false;
@@ -146,13 +157,23 @@ class Judge {
     return false;
   }
 
-  void choose(const std::array<std::uint32_t, 3>& xyz, const std::vector<std::string_view>& names, std::uint64_t line,
-              char separator) {
+  Result<void> choose(const AxisNames& axes, const std::vector<std::string_view>& names, std::uint64_t line,
+                      char separator) {
+    const auto& xyz = axes.place;
+    for (const double mm : axes.mm) {
+      if (mm > 0 && start_.mm_per_unit > 0 && mm != start_.mm_per_unit)
+        return fail(Code::BadInput,
+                    "found the columns " + quoted(names[xyz[0]]) + ", " + quoted(names[xyz[1]]) + " and " +
+                        quoted(names[xyz[2]]) + ", wanted x, y and z in one unit",
+                    line_place(name_, line));
+      if (mm > 0) start_.mm_per_unit = mm;
+    }
     start_.columns = make_columns(xyz, separator);
-    if (start_.columns.plain) return;
+    if (start_.columns.plain) return {};
     start_.notes.push_back("line " + std::to_string(line) + " names the columns: x, y, z are " + numbers_of(xyz) +
                            " (" + std::string(names[xyz[0]]) + ", " + std::string(names[xyz[1]]) + ", " +
                            std::string(names[xyz[2]]) + ")");
+    return {};
   }
 
   const std::string& name_;

@@ -27,6 +27,7 @@ struct ViewHeader {
   std::uint64_t rows = 0;          // vertices declared, or data lines counted
   bool has_faces = false;          // a mesh, so no scan unless asked
   bool has_grid = false;           // organised rows and columns (range_grid)
+  double mm_per_unit = 0;          // what the file says of its units; 0: nothing
   std::vector<std::string> notes;  // what was skipped or repaired, one sentence each
   Pose pose;                       // view frame -> frame of the file (PTX); translation in the file's units
   ViewPoint view_point;            // in the view frame, in the file's units, as far as the file tells

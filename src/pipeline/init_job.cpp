@@ -13,6 +13,7 @@
 #include "pipeline/init_depth.hpp"
 #include "pipeline/scan_points.hpp"
 #include "pipeline/watched_points.hpp"
+#include "pipeline/what.hpp"
 #include "plan/plan.hpp"
 #include "store/files.hpp"
 
@@ -58,6 +59,7 @@ struct Seen {
   const ScanSpec* scan = nullptr;
   CloudMeasure measure;  // in the units found
   std::string units;     // empty when a plan says them
+  bool stated = false;   // by the names of the columns
   std::string trouble;   // why it could not be measured
   double bin_mm = 0;     // to be set for it; one that `run` does not refuse
 };
@@ -68,18 +70,25 @@ bool is_depth(const ScanSpec& scan) { return !scan.views.empty() && scan.views.f
 Seen look_at(const std::string& archive, const ScanSpec& scan, const Context& context, Progress& progress) {
   Seen seen;
   seen.scan = &scan;
+  double stated_mm = 0;
   auto measured = [&](double units_mm) -> Result<CloudMeasure> {
     TRY_ASSIGN(const auto points, ScanPoints::open(archive, scan, units_mm));
+    stated_mm = 0;
+    for (const OpenView& view : points->views()) stated_mm = std::max(stated_mm, view.header.mm_per_unit);
     const WatchedPoints watched(*points, "look at " + scan.name, progress);
     return measure_cloud(watched, context);
   };
-  auto first = measured(1);
+  auto first = measured(0);
   if (!first.ok()) {
     seen.trouble = first.error().where.empty() ? scan.name + ": " + first.error().text() : first.error().text();
     return seen;
   }
   seen.measure = *first;
   if (scan.units_mm > 0) return seen;
+  for (const std::string_view word : unit_words())
+    if (stated_mm > 0 && plan::unit_mm(word) == stated_mm) seen.units = word;
+  seen.stated = !seen.units.empty();
+  if (seen.stated) return seen;
   const Vec3 size = first->bounds.size();
   seen.units = is_depth(scan) ? "m" : guess_units(std::max({size.x, size.y, size.z})).word;
   if (seen.units == "mm") return seen;
@@ -153,6 +162,7 @@ std::string quoted(const std::string& word) { return document::to_json(document:
 /// Why a scan got its unit, where another than that of the job.
 std::string unit_reason(const Seen& seen) {
   if (is_depth(*seen.scan)) return "# Depth maps of 1000 steps a metre.";
+  if (seen.stated) return "# The names of the columns say so.";
   const Vec3 size = seen.measure.bounds.size();
   const double extent = std::max({size.x, size.y, size.z}) / plan::unit_mm(seen.units).value_or(1);
   return "# The numbers span " + short_text(extent) + ": " + guess_units(extent).reason + ".";
@@ -171,6 +181,7 @@ std::string units_text(const std::vector<Seen>& list, const std::string& units) 
   if (units.empty()) return "\n# The scan plans say the units of their files.\n";
   const auto seen = std::find_if(list.begin(), list.end(), [&](const Seen& s) { return s.units == units; });
   if (is_depth(*seen->scan)) return "\n# Depth maps of 1000 steps a metre.\nunits: " + units + "\n";
+  if (seen->stated) return "\n# The names of the columns say so.\nunits: " + units + "\n";
   const Vec3 size = seen->measure.bounds.size();
   const double extent = std::max({size.x, size.y, size.z}) / plan::unit_mm(units).value_or(1);
   return "\n# The files do not say their units: " + std::string(guess_units(extent).reason) + "; the numbers span " +
@@ -195,18 +206,25 @@ std::string job_text(const std::string& name, const Discovery& found, const std:
   text += units_text(list, units);
   if (!depth.empty()) text += views_text(depth);
   const auto bin = middle_bin(list);
-  text +=
-      "\n# Two point spacings, up to three where there is noise: finer bins would leave holes and mesh the "
-      "noise.\nlattice:\n";
+  const bool by_noise = std::any_of(list.begin(), list.end(), [](const Seen& s) { return is_depth(*s.scan); });
+  text += by_noise
+              ? "\n# Eight times the noise of the depth maps, or two point spacings where that is more: finer bins "
+                "would mesh the noise.\nlattice:\n"
+              : "\n# Two point spacings, up to three where there is noise: finer bins would leave holes and mesh "
+                "the noise.\nlattice:\n";
   text += bin ? "  bin_mm: " + number_text(*bin) + "\n"
               : "  bin_mm: 1  # no scan has points enough to tell: choose the detail you need\n";
   std::string overrides;
   for (const Seen& seen : list)
     if (seen.trouble.empty()) overrides += override_of(seen, units, bin.value_or(1));
   if (!overrides.empty()) text += "\n# Scans that differ from the rest.\noverrides:\n" + overrides;
+  const double edge = bin.value_or(1);
   text +=
-      "\n# A mesh beyond these bounds ends the run with exit code 4.\n# verify:\n#   max_error_mm: 1\n#   rms_mm: "
-      "0.1\n";
+      "\n# A mesh beyond these bounds ends the run with exit code 4. Every input point is measured, a lone one far "
+      "from "
+      "the\n# part as well: clean takes such out first.\n# clean:\n#   outliers: {min_component_points: 50}\n# "
+      "verify:\n#   max_error_mm: " +
+      short_text(2 * edge) + "\n#   rms_mm: " + short_text(edge / 2) + "\n";
   return text;
 }
 
@@ -236,7 +254,8 @@ Result<FirstJob> first_job(const std::string& archive, const std::string& name_i
   }
   if (std::all_of(list.begin(), list.end(), [](const Seen& seen) { return !seen.trouble.empty(); }))
     return fail(Code::BadInput, "no scan can be read; the first: " + list.front().trouble, archive);
-  return FirstJob{job_text(name_in_job, found, depth, list), found.scans.size(), list.size()};
+  const auto readable = std::count_if(list.begin(), list.end(), [](const Seen& s) { return s.trouble.empty(); });
+  return FirstJob{job_text(name_in_job, found, depth, list), found.scans.size(), static_cast<std::size_t>(readable)};
 }
 
 }  // namespace scanmill::pipeline

@@ -46,8 +46,8 @@ void add_notes(const MeshedSurface& surface, const reduce::Report& report, const
     notes.push_back(
         "no view tells which side of " + counted(surface.sides_by_volume, "component") + " is outside; " +
         (surface.sides_by_volume == 1 ? "it was" : "each was") +
-        " turned so that it bulges outward (ground: upward), which for open surfaces is a guess; views with a "
-        "pose say where the sensor was");
+        " turned so that it bulges outward (ground: upward), which for open surfaces is a guess; where the "
+        "sensor sat says it (views: eye, or a scan plan with its sensor)");
   if (!(mesh.offset == Vec3{}))
     notes.push_back(
         "float32 would cost more than a thousandth of the bin edge this far from the origin: the STL is "

@@ -10,6 +10,7 @@
 #include "base/text.hpp"
 #include "pipeline/block_band.hpp"
 #include "pipeline/plan_scan.hpp"
+#include "pipeline/what.hpp"
 
 namespace scanmill::pipeline {
 namespace {
@@ -41,6 +42,13 @@ Result<void> check_finite(const PointBlock& block, const std::string& path) {
   return fail(Code::BadInput, "a point is too far away to be placed in the global frame; are the units wrong?", path);
 }
 
+/// As the job names it.
+std::string unit_word(double mm) {
+  for (const std::string_view word : unit_words())
+    if (plan::unit_mm(word) == mm) return std::string(word);
+  return number_text(mm) + " mm";
+}
+
 }  // namespace
 
 struct ScanPoints::Impl {
@@ -52,6 +60,7 @@ struct ScanPoints::Impl {
     bool is_identity = false;
   };
   double units = 1;
+  bool units_open = false;  // nobody has said them yet
   std::optional<scanmill::Sensor> sensor;
   formats::Format format = formats::Format::Auto;
   std::vector<ViewSpec> specs;
@@ -75,6 +84,15 @@ struct ScanPoints::Impl {
       view.path = spec.path;
       if (stamp.ok()) view.stamp = *stamp;
       view.header = reader->header();
+      if (const double says = view.header.mm_per_unit; says > 0 && units_open)
+        units = says;
+      else if (says > 0 && says != units)
+        return fail(Code::BadInput,
+                    "the names of the columns say " + unit_word(says) + ", the points are to be read as " +
+                        unit_word(units) + "; set units: " + unit_word(says) + " (--units " + unit_word(says) +
+                        "), or take the unit out of the names where it is wrong",
+                    spec.path);
+      units_open = false;
       place(spec, view);
       specs.push_back(spec);
       sources.push_back(
@@ -108,6 +126,7 @@ struct ScanPoints::Impl {
       view.pose = view.pose.after(own);
     }
     ViewPoint seen = spec.view_point;
+    if (seen.eye && spec.pose_in_file_units) seen.eye = *seen.eye * units;
     if (!seen.eye && !seen.direction) {
       seen = view.header.view_point;
       if (seen.eye) seen.eye = *seen.eye * units;
@@ -123,7 +142,8 @@ Result<std::unique_ptr<ScanPoints>> ScanPoints::open(const std::string& archive,
                                                      formats::Format format) {
   if (!scan.broken.empty()) return fail(Code::BadInput, scan.broken);
   auto impl = std::make_unique<Impl>();
-  impl->units = scan.units_mm > 0 ? scan.units_mm : units_mm;
+  impl->units_open = scan.units_mm <= 0 && units_mm <= 0;
+  impl->units = scan.units_mm > 0 ? scan.units_mm : units_mm > 0 ? units_mm : 1;
   impl->format = format;
   impl->sensor = scan.sensor;
   for (const ViewSpec& spec : scan.views) {

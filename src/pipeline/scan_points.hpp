@@ -35,8 +35,9 @@ struct ViewCounts {
 class ScanPoints final : public PointSource {
  public:
   /// Opens all views that are there; nothing but headers and line indices stays in memory. `units_mm` is the job's,
-  /// used unless the scan says itself; `format` is that of all its files.
-  /// errors  BadInput or Unsupported from the files; BadInput when the scan is broken or holds no point
+  /// used unless the scan says itself, 0: what the first file says, else mm; `format` is that of all its files.
+  /// errors  BadInput or Unsupported from the files; BadInput when the scan is broken, holds no point or
+  ///         says other units in the names of columns
   static Result<std::unique_ptr<ScanPoints>> open(const std::string& archive, const ScanSpec& scan, double units_mm,
                                                   formats::Format format = formats::Format::Auto);
   ~ScanPoints() override;

@@ -17,7 +17,7 @@ namespace scanmill::pipeline {
 struct ViewSpec {
   std::string path;                            // relative to the archive, '/' separated
   Pose pose;                                   // view frame -> global frame; translation in mm
-  bool pose_in_file_units = false;             // .conf: translation still in the file's units
+  bool pose_in_file_units = false;             // .conf, views: translation and eye are in the file's units
   bool mirrored = false;                       // the file's frame is left-handed: z is negated before all else
   std::string station;                         // of a plan; empty otherwise
   ViewPoint view_point;                        // in the view frame, mm; empty: what the file says itself

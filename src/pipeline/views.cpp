@@ -136,6 +136,7 @@ ScanSpec scan_of_views(const ViewsSpec& spec, const std::vector<std::string>& fi
     view.path = matched[k];
     view.pose = !found.empty() ? found[k] : given.ok() ? *given : Pose{};
     view.pose_in_file_units = true;
+    view.view_point.eye = spec.eye;
     view.camera = spec.camera;
   }
   say_when_stacked(spec, scan);

@@ -22,6 +22,7 @@ struct ViewsSpec {
   std::int64_t every = 1;                      // of the matching files the first, and every so many
   std::string poses;                           // a file that read_poses reads; empty: none
   std::optional<std::array<double, 16>> pose;  // of all files; the translation is in their units
+  std::optional<Vec3> eye;                     // of all files, in the frame and units of each
   std::optional<formats::DepthCamera> camera;
 };
 

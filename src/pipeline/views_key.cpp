@@ -13,7 +13,7 @@ using document::Node;
 using document::Problems;
 using document::shown;
 
-constexpr std::string_view kKeys[] = {"name", "files", "every", "poses", "pose", "intrinsics", "depth_scale"};
+constexpr std::string_view kKeys[] = {"name", "files", "every", "poses", "pose", "eye", "intrinsics", "depth_scale"};
 constexpr double kMostEvery = 1e9;
 
 bool is_scan_name(std::string_view name) {
@@ -116,6 +116,14 @@ void read_pose_keys(const Entry& entry, ViewsSpec& spec) {
     entry.problems.add(pose->mark, entry.key + ".pose", good.error().message);
 }
 
+void read_eye(const Entry& entry, ViewsSpec& spec) {
+  const Node* value = entry.node.find("eye");
+  if (value == nullptr) return;
+  const auto place =
+      entry.numbers(*value, "eye", 3, "three numbers [x, y, z]: where the sensor sat, such as [0, 0, 0]");
+  if (!place.empty()) spec.eye = Vec3{place[0], place[1], place[2]};
+}
+
 Node described(const char* type, const char* help) {
   Node schema = Node::map();
   schema.set("description", help);
@@ -195,6 +203,7 @@ std::vector<ViewsSpec> read_views(const Node& list, Problems& problems) {
     read_files(entry, spec);
     read_every(entry, spec);
     read_pose_keys(entry, spec);
+    read_eye(entry, spec);
     spec.camera = read_camera(item, key, problems);
     for (std::size_t i = 0; i + 1 < views.size(); ++i)
       if (!spec.name.empty() && views[i].name == spec.name)
@@ -215,6 +224,11 @@ Node to_document(const std::vector<ViewsSpec>& views) {
       Node pose = Node::sequence();
       for (const double value : *spec.pose) pose.push(value);
       entry.set("pose", std::move(pose));
+    }
+    if (spec.eye) {
+      Node place = Node::sequence();
+      for (const double value : {spec.eye->x, spec.eye->y, spec.eye->z}) place.push(value);
+      entry.set("eye", std::move(place));
     }
     if (spec.camera) {
       Node intrinsics = Node::sequence();
@@ -243,6 +257,10 @@ Node views_schema() {
                                     "File with a pose per file, relative to the archive: .log, .conf, .aln, "
                                     ".xf or text of 4x4 matrices; excludes pose."));
   properties.set("pose", pose_schema());
+  properties.set("eye",
+                 number_list("Where the sensor sat in the frame of every file, in its units: tells which side of a "
+                             "surface is outside. Depth maps, PTX and PCD say it themselves.",
+                             3));
   properties.set("intrinsics", number_list("Camera of depth maps: [fx, fy, cx, cy] in pixels.", 4));
   Node scale = described("number", "Pixel values of a depth map per unit of length.");
   scale.set("exclusiveMinimum", 0);

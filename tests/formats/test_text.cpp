@@ -90,7 +90,7 @@ TEST(ReadText, SplitsAHeaderAsItsNumbersAreSplit) {
       {"X [mm],Y [mm],Z [mm],R,G,B,u,v\n-2.5,7,19,1,2,3,4,5\n1,2,3,1,2,3,4,5\n", ""},
       {"X [mm]\tY [mm]\tZ [mm]\tR\tG\tB\n-2.5\t7\t19\t1\t2\t3\n1\t2\t3\t1\t2\t3\n", ""},
       {"X [mm] Y [mm] Z [mm] R G B\n-2.5 7 19 1 2 3\n1 2 3 1 2 3\n", ""},
-      {"I,Z (m),Y_mm,x/mm\n0,19,7,-2.5\n0,3,2,1\n", "4, 3 and 2 (x/mm, Y_mm, Z (m))"},
+      {"I,Z (mm),Y_mm,x/mm\n0,19,7,-2.5\n0,3,2,1\n", "4, 3 and 2 (x/mm, Y_mm, Z (mm))"},
       {"Feature,Side,X,Y,Z\nhole 1,left,-2.5,7,19\nhole 2,right,1,2,3\n", "3, 4 and 5"},
       {"Id\tRemark\tX\tY\tZ\n7\tall well\t-2.5\t7\t19\n8\t\t1\t2\t3\n", "3, 4 and 5"},
       {"Scan X of part 7, Y axis up, Z out\n-2.5, 7, 19, 17\n1, 2, 3, 17\n", "no line names x, y and z"},
@@ -142,6 +142,16 @@ TEST(ReadText, NamesTheLineThatIsWrong) {
   expect_failure("1.234,5;2.345,6;3.456,7\n", "decimal commas");
   expect_failure("1.234,5 2.345,6 -3.456,7e-1\n", "decimal commas");
   expect_failure("x;y;z\n1.234,5;2;3\n", "decimal commas");
+  expect_failure("X [m],Y [mm],Z [cm]\n1,2,3\n",
+                 "a.xyz:1: found the columns \"X [m]\", \"Y [mm]\" and \"Z [cm]\", wanted x, y and z in one unit");
+  expect_failure("0.1D+01 2.0D+00 3.0D+00\n1 2 3\n",
+                 "a.xyz:1: found \"0.1D+01 2.0D+00 3.0D+00\", wanted three numbers");
+  expect_failure(
+      "0\xc2\xb7"
+      "5 1\xc2\xb7"
+      "5 2\xc2\xb7"
+      "5\n1 2 3\n",
+      "a.xyz:1");
   expect_failure("1;2;3\n1,5;2;3\n", "a.xyz:2");
   expect_failure("1 2 3\n1,5 2,5 3,5\n", "a.xyz:2: found decimal commas");
   expect_failure("just words\n", "no line with three numbers");

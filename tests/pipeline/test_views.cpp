@@ -33,7 +33,8 @@ std::string matrix(int k) { return "1 0 0 " + std::to_string(k) + "\n0 1 0 0\n0 
 
 TEST(ViewsKey, ReadsEveryKeyAndWritesItBack) {
   const auto read = what(
-      "views:\n  - {name: a/b, files: 'd/*.png', every: 3, poses: d/t.log, intrinsics: [525, 525.5, 319.5, 239], "
+      "views:\n  - {name: a/b, files: 'd/*.png', every: 3, poses: d/t.log, eye: [1, -2, 3.5], intrinsics: [525, 525.5, "
+      "319.5, 239], "
       "depth_scale: 5000}\n  - {name: 7, files: x.pcd, pose: [1,0,0,5, 0,1,0,6, 0,0,1,7, 0,0,0,1], x-who: me}\n");
   ASSERT_TRUE(read.ok()) << read.error().text();
   ASSERT_EQ(read->views.size(), 2u);
@@ -41,6 +42,7 @@ TEST(ViewsKey, ReadsEveryKeyAndWritesItBack) {
   EXPECT_EQ(first.name, "a/b");
   EXPECT_EQ(first.every, 3);
   EXPECT_EQ(first.poses, "d/t.log");
+  EXPECT_EQ(first.eye, (Vec3{1, -2, 3.5}));
   EXPECT_EQ(*first.camera, (formats::DepthCamera{525, 525.5, 319.5, 239, 5000}));
   EXPECT_EQ(read->views[1].name, "7");
   EXPECT_EQ(pose_from_matrix(*read->views[1].pose)->translation, (Vec3{5, 6, 7}));
@@ -65,7 +67,8 @@ TEST(ViewsKey, ReportsEveryProblemWithPlaceAndNearest) {
       "  - 7\n"
       "format: psd\n");
   for (const char* line :
-       {"job.yaml:3:15: views[0].file: unknown key; allowed name, files, every, poses, pose, intrinsics, depth_scale; "
+       {"job.yaml:3:15: views[0].file: unknown key; allowed name, files, every, poses, pose, eye, intrinsics, "
+        "depth_scale; "
         "nearest files",
         "job.yaml:3:5: views[0]: found no files; add files:",
         "job.yaml:4:12: views[1].name: found .a; allowed a name of letters",
@@ -115,6 +118,33 @@ TEST(Views, GivePoseKToFileKBeforeThinning) {
   PointBlock block;
   ASSERT_TRUE((*points)->read_block(1, block).ok());
   EXPECT_EQ(block.positions, (std::vector<Vec3>{{100000, 0, 10000}}));  // poses are in the files' units
+}
+
+TEST(Views, TellWhereTheSensorSat) {
+  const TempFolder folder;
+  folder.write("a.xyz", "1 0 0\n2 0 0\n");
+  const auto found = discover(folder.path(), keys_of("views:\n  - {name: a, files: a.xyz, eye: [0, 0, 3], "
+                                                     "pose: [1,0,0,5, 0,1,0,6, 0,0,1,7, 0,0,0,1]}\n"));
+  ASSERT_TRUE(found.ok()) << found.error().text();
+  const auto points = ScanPoints::open(folder.path(), found->scans[0], 10);
+  ASSERT_TRUE(points.ok()) << points.error().text();
+  PointBlock block;
+  ASSERT_TRUE((*points)->read_block(0, block).ok());
+  EXPECT_EQ(block.positions[0], (Vec3{60, 60, 70}));
+  EXPECT_EQ(block.view_point.eye, (Vec3{50, 60, 100}));  // in the files' units, moved with them
+}
+
+TEST(ScanPoints, RefuseUnitsThatTheFileContradicts) {
+  const TempFolder folder;
+  folder.write("a.xyz", "X [m],Y [m],Z [m]\n1,0,0\n2,0,0\n");
+  const auto found = discover(folder.path(), DiscoveryKeys{});
+  ASSERT_TRUE(found.ok()) << found.error().text();
+  EXPECT_TRUE(ScanPoints::open(folder.path(), found->scans[0], 1000).ok());
+  const auto in_mm = ScanPoints::open(folder.path(), found->scans[0], 1);
+  ASSERT_FALSE(in_mm.ok());
+  EXPECT_EQ(in_mm.error().text(),
+            "a.xyz: the names of the columns say m, the points are to be read as mm; set units: m (--units m), or take "
+            "the unit out of the names where it is wrong");
 }
 
 TEST(Views, SayWhatDoesNotFit) {
