@@ -12,6 +12,8 @@ namespace scanmill {
 
 /// Shortest decimal text that reads back to the same double ("inf", "nan" included).
 std::string number_text(double value);
+/// Six significant digits, for people.
+std::string six_digits(double value);
 /// 1234567 as "1,234,567".
 std::string grouped(std::uint64_t value);
 /// "1 scan", "1,234 scans".

@@ -2,6 +2,7 @@
 #include "cli/commands.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "base/text.hpp"
 #include "cli/pipeline_work.hpp"
@@ -22,22 +23,41 @@ namespace {
 constexpr std::string_view kStyles[] = {"auto", "tty", "plain", "json", "none"};
 constexpr std::uint64_t kDescriptionLimit = 64ull << 20;
 
-std::string scalar_text(const Node& node) {
+constexpr std::size_t kListed = 10;  // of a list of maps; --json has them all
+
+/// For people: JSON but for texts as they are, numbers of six digits and maps without quotes.
+std::string short_text(const Node& node) {
   if (node.is_string()) return node.as_string();
   if (node.is_null()) return "-";
+  if (node.is_number() && node.as_number() != std::floor(node.as_number())) return six_digits(node.as_number());
+  std::string text;
+  if (node.is_sequence()) {
+    for (const Node& item : node.items()) text += (text.empty() ? "" : " ") + short_text(item);
+    return text.empty() ? "none" : text;
+  }
+  if (node.is_map()) {
+    for (const Node::Entry& entry : node.entries())
+      text += (text.empty() ? "" : ", ") + entry.key + " " + short_text(entry.value);
+    return text;
+  }
   return document::to_json(node);
 }
 
-/// "name.inner" and value of every leaf.
+/// "name.inner" and value of every leaf; the items of a list of texts or maps have a row each.
 void rows_of(const Node& map, const std::string& prefix, std::vector<std::pair<std::string, std::string>>& rows) {
   for (const Node::Entry& entry : map.entries()) {
     const std::string name = prefix + entry.key;
     if (entry.value.is_map())
       rows_of(entry.value, name + ".", rows);
-    else if (entry.value.is_sequence() && !entry.value.items().empty() && entry.value.items()[0].is_string())
-      for (const Node& item : entry.value.items()) rows.emplace_back(name, scalar_text(item));
-    else
-      rows.emplace_back(name, scalar_text(entry.value));
+    else if (entry.value.is_sequence() && !entry.value.items().empty() &&
+             (entry.value.items()[0].is_string() || entry.value.items()[0].is_map())) {
+      const auto& items = entry.value.items();
+      const std::size_t listed = items[0].is_map() ? std::min(items.size(), kListed) : items.size();
+      for (std::size_t i = 0; i < listed; ++i) rows.emplace_back(name, short_text(items[i]));
+      if (listed < items.size())
+        rows.emplace_back(name, "and " + grouped(items.size() - listed) + " more (--json lists all)");
+    } else
+      rows.emplace_back(name, short_text(entry.value));
   }
 }
 

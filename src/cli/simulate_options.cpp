@@ -15,7 +15,8 @@ void SimulateOptions::add_to(CLI::App& command) {
                   "figurine, handset, sphere, torus or cube; or a mesh file (global frame, mm).")
       ->required();
   command.add_option("--out", choice_.folder, "Folder for views, plan and truth.")->required();
-  command.add_option("--seed", choice_.seed, "Seed of all that is drawn.");
+  command.add_option("--seed", choice_.seed, "Seed of all that is drawn.")
+      ->check(CLI::Range(std::uint64_t{0}, std::uint64_t{1} << 53));
   command.add_option("--format", choice_.format,
                      "ply, xyz, ptx, pcd, png or fringes: of all views, in place of what the plan names.");
   command

@@ -186,7 +186,8 @@ class Grower {
         return fail(Code::BadParameter,
                     "seed " + std::to_string(s + 1) + " lies " + number_text(std::floor(std::sqrt(best) * 100) / 100) +
                         " mm from the nearest triangle (allowed 10 bins, " + number_text(kFarthestSeed * in_.edge_mm) +
-                        " mm); give it in the global frame, mm");
+                        " mm); give it in the global frame, mm, and where it is right, see what grow.range_bins and "
+                        "grow.min_angle_deg leave of the surface there");
       seeds_.push_back({at, nearest, SeedOrigin::Given});
     }
     return {};

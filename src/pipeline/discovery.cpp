@@ -217,7 +217,8 @@ class Finder {
     if (scan.broken.empty() && missing == scan.views.size())
       scan.broken = scan.description + ": " +
                     (missing == 0 ? "names no file of points"
-                                  : "none of the " + std::to_string(missing) + " files it names is there");
+                                  : "none of the " + std::to_string(missing) +
+                                        " files it names is there, the first is " + scan.views.front().path);
     found_.scans.push_back(std::move(scan));
   }
 

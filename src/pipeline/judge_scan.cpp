@@ -190,7 +190,7 @@ std::vector<std::string> failed_gates(const std::vector<verify::Gate>& gates) {
   std::vector<std::string> list;
   for (const verify::Gate& gate : gates)
     if (!gate.passed)
-      list.push_back("verify." + gate.name + ": found " + number_text(gate.found) + " mm, allowed " +
+      list.push_back("verify." + gate.name + ": found " + six_digits(gate.found) + " mm, allowed " +
                      number_text(gate.limit) + " mm");
   return list;
 }

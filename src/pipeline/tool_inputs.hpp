@@ -16,7 +16,11 @@ namespace scanmill::pipeline {
 struct ToolInput {
   std::string archive;  // folder that the scan's paths are relative to
   ScanSpec scan;
+  std::string typed;  // what stands before those paths in the words of the command line
 };
+
+/// A failure that names a file of the scan, or nothing, names it as the command line does.
+Error as_typed(Error error, const ToolInput& input);
 
 /// One .conf or scan plan as the scan it describes, or any number of cloud files as the views of one scan without
 /// poses.

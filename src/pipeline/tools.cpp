@@ -58,13 +58,6 @@ void report_surface(const MeshedSurface& surface, Node& out) {
   if (!(surface.mesh.offset == Vec3{})) out.set("offset_mm", triple(surface.mesh.offset));
 }
 
-/// Stages do not know files: an error without a place gets the first input's name.
-Error named(Error error, const OpenedInputs& opened) {
-  if (!error.where.empty()) return error;
-  const ScanSpec& scan = opened.input.scan;
-  return std::move(error).at(scan.description.empty() ? scan.views.front().path : scan.description);
-}
-
 /// Notes of the scan and of every file of it, and what is to be said of bins finer than the points allow.
 void add_notes(const OpenedInputs& opened, Node& out, const reduce::ReducedCloud* cloud = nullptr) {
   std::vector<std::string> notes = opened.input.scan.notes;
@@ -79,11 +72,11 @@ Result<reduce::Reduction> reduce_inputs(const OpenedInputs& opened, const What& 
                                         Progress& progress) {
   const WatchedPoints watched(*opened.points, "reduce", progress);
   auto reduced = reduce::reduce_cloud(watched, what.lattice, what.reduce, context);
-  if (!reduced.ok()) return named(std::move(reduced).error(), opened);
+  if (!reduced.ok()) return as_typed(std::move(reduced).error(), opened.input);
   reduce::Reduction reduction = std::move(reduced).value();
   const reduce::Report& seen = reduction.report;
   std::string problem = implausible_size(seen.bounds, opened.points->units_mm(), seen.bin_mm, seen.points_used);
-  if (!problem.empty()) return fail(Code::BadInput, std::move(problem), opened.input.scan.name);
+  if (!problem.empty()) return as_typed(fail(Code::BadInput, std::move(problem)), opened.input);
   return reduction;
 }
 
@@ -107,10 +100,10 @@ Result<ToolReport> reduce_to_file(const std::vector<std::string>& inputs, const 
   TRY_ASSIGN(const OpenedInputs opened, open_inputs(inputs, what));
   TRY_ASSIGN(const reduce::Reduction reduction, reduce_inputs(opened, what, context, progress));
   if (reduction.report.kept == 0)
-    return fail(Code::BadInput,
-                "no point of " + std::to_string(reduction.report.points_used) + " can be kept with bins of " +
-                    number_text(reduction.report.bin_mm) + " mm; choose larger bins or check the units",
-                opened.input.scan.name);
+    return as_typed(fail(Code::BadInput, "no point of " + std::to_string(reduction.report.points_used) +
+                                             " can be kept with bins of " + number_text(reduction.report.bin_mm) +
+                                             " mm; choose larger bins or check the units"),
+                    opened.input);
   TRY_ASSIGN(auto sink, store::create_file(output));
   TRY(write_reduced(reduction.cloud, *sink));
   TRY(opened.points->verify_unchanged());
@@ -167,7 +160,7 @@ Result<ToolReport> cloud_info(const std::string& input, const What& what, const 
   const ScanPoints& points = *opened.points;
   const WatchedPoints watched(points, "info", progress);
   const auto measured = measure_cloud(watched, context);
-  if (!measured.ok()) return named(measured.error(), opened);
+  if (!measured.ok()) return as_typed(measured.error(), opened.input);
   const CloudMeasure& seen = *measured;
   ToolReport report;
   Node& out = report.values;
@@ -221,7 +214,8 @@ Result<ToolReport> convert_cloud(const std::string& input, const What& what, con
     TRY(points.read_block(number, block));
     count += block.positions.size();
   }
-  if (count == 0) return named(fail(Code::BadInput, "no finite point to convert; nothing was written"), opened);
+  if (count == 0)
+    return as_typed(fail(Code::BadInput, "no finite point to convert; nothing was written"), opened.input);
   TRY_ASSIGN(auto sink, store::create_file(output));
   std::vector<std::string> comments{"scanmill convert: global frame, mm"};
   for (const OpenView& view : points.views())

@@ -358,8 +358,8 @@ int exit_code_of(const Error& error) {
   switch (error.code) {
     case Code::BadUsage:
     case Code::BadParameter:
-    case Code::Unsupported:
       return kExitUsage;
+    case Code::Unsupported:
     case Code::BadInput:
       return kExitScans;
     default:
