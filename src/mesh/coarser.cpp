@@ -49,13 +49,19 @@ void join(const std::vector<Member>& members, CoarserMesh& to) {
   for (std::uint32_t v = 0; v < standing.size(); ++v) to.vertex[v] = to.vertex[standing[v]];
 }
 
+Vec3 normal_of(const Vec3& a, const Vec3& b, const Vec3& c) { return cross(b - a, c - a); }
+
 void join_triangles(const Mesh& mesh, CoarserMesh& to) {
   std::vector<std::pair<Triangle, std::uint32_t>> found;
   for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
     Triangle x = mesh.triangles[t];
+    const auto& at = mesh.positions;
+    const Vec3 outside = normal_of(at[x[0]], at[x[1]], at[x[2]]);
     for (std::uint32_t& corner : x) corner = to.vertex[corner];
     if (x[0] == x[1] || x[1] == x[2] || x[2] == x[0]) continue;
     std::rotate(x.begin(), std::min_element(x.begin(), x.end()), x.end());
+    const auto& row = to.row_of;
+    if (dot(normal_of(at[row[x[0]]], at[row[x[1]]], at[row[x[2]]]), outside) < 0) std::swap(x[1], x[2]);
     found.emplace_back(x, t);
   }
   std::sort(found.begin(), found.end());

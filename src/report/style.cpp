@@ -68,8 +68,9 @@ footer{margin-top:2.5rem;padding-top:.6rem;border-top:1px solid var(--line);colo
 footer p{overflow-wrap:anywhere}
 @media (max-width:40rem){body{padding:.8rem .7rem 2rem}h1{font-size:1.35rem}.verdict strong{font-size:1.6rem}
 .tiles{grid-template-columns:1fr 1fr}.tiles dd{font-size:1.2rem}th,td{padding-right:.6rem}.d{min-width:11rem}
-tbody th{min-width:8.5rem}.tools button{padding:.35rem .5rem}}
+tbody th,td:not(.n):not(.p):not(.d){min-width:8.5rem}.tools button{padding:.35rem .5rem}}
 @media print{.view canvas,.view .tools,.view .legend,#view-says{display:none}.view.live figure{display:block}
+.view figure{max-width:12cm}
 @page{margin:14mm}body{max-width:none;padding:0;font-size:10pt}nav{display:none}
 h2{margin-top:1.4rem;break-after:avoid}h3,caption{break-after:avoid}figure,tr,.tiles div,.verdict{break-inside:avoid}
 .scroll{overflow:visible}.short{break-inside:avoid}.columns{grid-template-columns:1fr 1fr;gap:0 1rem}

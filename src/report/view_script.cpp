@@ -149,17 +149,22 @@ function axes() {
   return [[-sa, ca, 0], [-se * ca, -se * sa, ce], [ce * ca, ce * sa, se]];
 }
 
-/* How large the box may be drawn to fit from here, mm per half height. */
+/* The whole mesh as large and as much in the middle as it goes from here; `fit` in mm per half height. */
 function fitted() {
-  var at = axes(), wide = 0, high = 0;
-  for (var n = 0; n < 8; ++n) {
-    var d = [n & 1 ? .5 : -.5, n & 2 ? .5 : -.5, n & 4 ? .5 : -.5], x = 0, y = 0;
-    for (var a = 0; a < 3; ++a) { x += at[0][a] * d[a] * mesh.size[a]; y += at[1][a] * d[a] * mesh.size[a]; }
-    wide = Math.max(wide, Math.abs(x));
-    high = Math.max(high, Math.abs(y));
+  var at = axes(), low = [1e300, 1e300], high = [-1e300, -1e300];
+  for (var n = 0; n < of.vertices; ++n) {
+    var d = [place(n, 0) - mesh.size[0] / 2, place(n, 1) - mesh.size[1] / 2, place(n, 2) - mesh.size[2] / 2];
+    for (var a = 0; a < 2; ++a) {
+      var c = at[a][0] * d[0] + at[a][1] * d[1] + at[a][2] * d[2];
+      low[a] = Math.min(low[a], c);
+      high[a] = Math.max(high[a], c);
+    }
   }
+  if (low[0] > high[0]) low = high = [0, 0];
   var shape = canvas.clientWidth / Math.max(1, canvas.clientHeight);
-  return 1.06 * Math.max(high, wide / shape, 1e-9);
+  view.fit = .53 * Math.max(high[1] - low[1], (high[0] - low[0]) / shape, 1e-9);
+  view.x = -(low[0] + high[0]) / 2;
+  view.y = -(low[1] + high[1]) / 2;
 }
 
 function scaleNow() {
@@ -237,8 +242,10 @@ function zoom(factor, x, y) {
 }
 
 function from(az, el) {
-  view.az = az; view.el = el; view.zoom = 1; view.x = view.y = 0;
-  view.fit = fitted();
+  view.az = az;
+  view.el = el;
+  view.zoom = 1;
+  fitted();
   again();
 }
 

@@ -52,9 +52,16 @@ TEST(CoarserMesh, KeepsTheLimitAndHoldsVerticesOfTheFineMeshOnly) {
     EXPECT_TRUE(std::is_sorted(coarse.triangles.begin(), coarse.triangles.end()));
     for (std::size_t t = 0; t < coarse.triangles.size(); ++t) {
       Triangle from = mesh.triangles[coarse.triangle[t]];
+      const auto& fine = mesh.positions;
+      const Vec3 outside = cross(fine[from[1]] - fine[from[0]], fine[from[2]] - fine[from[0]]);
       for (std::uint32_t& corner : from) corner = coarse.vertex[corner];
       std::rotate(from.begin(), std::min_element(from.begin(), from.end()), from.end());
-      EXPECT_EQ(from, coarse.triangles[t]);
+      const auto at = [&](std::uint32_t row) { return mesh.positions[coarse.row_of[row]]; };
+      const Triangle& x = coarse.triangles[t];
+      const Vec3 normal = cross(at(x[1]) - at(x[0]), at(x[2]) - at(x[0]));
+      EXPECT_GE(dot(normal, outside), 0);
+      if (from != x) std::swap(from[1], from[2]);
+      EXPECT_EQ(from, x);
     }
   }
 }
