@@ -124,8 +124,8 @@ def no_flipped_byte_crashes(work):
 
 
 def kept_records_stay_readable(work):
-    """A record of every layout that was ever released; a new layout adds one, none is ever replaced."""
-    for name, layout, scan in (("record-1.h5", "scanmill-record-1", "ball"),):
+    """A record of every layout and of what later versions of the stage added to it; a new one is added, none is ever replaced."""
+    for name, layout, scan in (("record-1.h5", "scanmill-record-1", "ball"), ("record-1-stage-7.h5", "scanmill-record-1", "cube/plan")):
         shutil.copy(f"{KEPT}/{name}", f"{work}/record.h5")
         with h5py.File(f"{work}/record.h5") as record:
             assert record.attrs["Conventions"].decode() == layout
@@ -134,6 +134,10 @@ def kept_records_stay_readable(work):
         told = values_of(text)
         assert told["scan"] == scan and told["content_proven"], text
         assert told["inputs_proven"] < told["inputs"] and "is not in" in text
+        known = values_of(run("info", f"{work}/record.h5", "--json"))
+        assert known["layout"] == layout and known["content_proven"] and known["triangles"] > 90, known
+        schema = f"{os.environ['SCANMILL_ROOT']}/tests/provenance/record_schema.py"
+        subprocess.run([sys.executable, schema, "check", "--any-counters", f"{work}/record.h5"], check=True)
 
 
 def the_crate_names_every_file_with_its_hash(work):
