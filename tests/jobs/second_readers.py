@@ -251,6 +251,69 @@ def bins_by_vdb_print(work):
     assert "scanmill:bin_mm: 1.5" in text, text
 
 
+def record_by_h5py_and_vtk(work):
+    try:
+        import vtk
+    except ImportError:
+        skip("no python3-vtk9")
+    import h5py
+
+    check = f"{os.environ['SCANMILL_ROOT']}/tests/provenance/check_record.py"
+    for folder in scans(work, "[stl]"):
+        archive = f"{work}/a" if folder.startswith(f"{work}/o/") else f"{os.environ['SCANMILL_DATA']}/range-views/bunny"
+        subprocess.run([sys.executable, check, f"{folder}/record.h5", "--stl", f"{folder}/mesh.stl", "--archive", archive], check=True)
+        reader = vtk.vtkHDFReader()
+        assert reader.CanReadFile(f"{folder}/record.h5")
+        reader.SetFileName(f"{folder}/record.h5")
+        reader.Update()
+        grid = reader.GetOutput()
+        with h5py.File(f"{folder}/record.h5") as record:
+            for kind, data in (("CellData", grid.GetCellData()), ("PointData", grid.GetPointData())):
+                assert data.GetNumberOfArrays() == len(record[f"VTKHDF/{kind}"]) > 0
+                for name, values in record[f"VTKHDF/{kind}"].items():
+                    low, high = data.GetArray(name).GetRange()
+                    assert (low, high) == (values[()].min(), values[()].max()), (kind, name)
+        # Its surface is the mesh: area and open edges as the program tells them.
+        surface = vtk.vtkGeometryFilter()
+        surface.SetInputData(grid)
+        edges = vtk.vtkFeatureEdges()
+        edges.SetInputConnection(surface.GetOutputPort())
+        edges.FeatureEdgesOff()
+        edges.NonManifoldEdgesOff()
+        edges.Update()
+        assert edges.GetOutput().GetNumberOfCells() == info(folder)["boundary_edges"]
+
+
+def record_by_paraview(work):
+    program = f"{os.environ.get('SCANMILL_PARAVIEW', '')}/pvpython"
+    if not os.path.exists(program):
+        program = shutil.which("pvpython")
+    if not program:
+        skip("no pvpython; scripts/unpack_paraview.sh puts one beside the system")
+    import h5py
+
+    script = f"{os.environ['SCANMILL_ROOT']}/tests/jobs/in_paraview.py"
+    for folder in scans(work, "[stl]"):
+        shutil.copy(f"{folder}/record.h5", f"{work}/record.hdf")
+        done = subprocess.run([program, script, f"{folder}/record.h5", f"{work}/record.hdf"], capture_output=True, text=True,
+                              timeout=300, env={**os.environ, "DISPLAY": ""})
+        assert done.returncode == 0, done.stderr[-2000:]
+        told = json.loads(done.stdout.strip().splitlines()[-1])
+        assert told["by_reader"] == told["by_name"]
+        told = told["by_reader"]
+        with h5py.File(f"{folder}/record.h5") as record:
+            mesh = record["VTKHDF"]
+            places = mesh["Points"][()]
+            assert told["kind"] == "vtkUnstructuredGrid"
+            assert told["cells"] == len(record["mesh/triangles"]) and told["points"] == len(places)
+            wanted = [bound for axis in range(3) for bound in (places[:, axis].min(), places[:, axis].max())]
+            numpy.testing.assert_allclose(told["bounds"], wanted, rtol=1e-12)
+            for kind, found in (("CellData", told["cell_data"]), ("PointData", told["point_data"])):
+                assert set(found) == set(mesh[kind]), (found, list(mesh[kind]))
+                for name, values in mesh[kind].items():
+                    assert found[name] == [1, values[()].min(), values[()].max()], (name, found[name])
+
+
 def far_meshes_keep_their_digits(work):
     corners = [(4520000.0 + x, 70000.0 + y, z) for x in (0, 0.5) for y in (0, 0.5) for z in (0, 0.5)]
     quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
