@@ -352,7 +352,7 @@ def damaged_files_are_noticed(work):
 
     def record(path):
         with h5py.File(path, "r+") as file:
-            file["VTKHDF/PointData/source_row"][5] += 1
+            file["VTKHDF/PointData/source_row"][:] += 1
 
     dxf = lambda raw: text(raw, lambda lines, n: n > 0 and lines[n - 1].strip() == b"10" and any(b"3DFACE" in l for l in lines[max(0, n - 12):n]))
     obj = lambda raw: text(raw, lambda lines, n: lines[n].startswith(b"v "))
