@@ -9,8 +9,9 @@
 namespace scanmill {
 namespace {
 
-constexpr std::uint64_t kFirstCells = 1024;
-constexpr std::uint64_t kCellBits = 21;  // of each axis in a key
+constexpr std::uint64_t kCellBits = 21;      // of each axis in a key
+constexpr double kMostCells = 1 << 20;       // along the longest side
+constexpr double kAreaOfTriangle = 1 / 2.2;  // of a cell's face, in a surface that lies in all directions
 
 struct Member {
   std::uint64_t cell = 0;
@@ -74,6 +75,16 @@ void join_triangles(const Mesh& mesh, CoarserMesh& to) {
   }
 }
 
+/// Cells along the longest side at which about so many triangles are left: finer rather than coarser.
+std::uint64_t first_cells(const Mesh& mesh, double longest, double most) {
+  double area2 = 0;
+  for (const Triangle& t : mesh.triangles)
+    area2 += norm(normal_of(mesh.positions[t[0]], mesh.positions[t[1]], mesh.positions[t[2]]));
+  const double cell2 = area2 / 2 / (most * kAreaOfTriangle);
+  const double cells = cell2 > 0 ? longest / std::sqrt(cell2) : 1;
+  return static_cast<std::uint64_t>(std::clamp(cells, 1.0, kMostCells));
+}
+
 }  // namespace
 
 CoarserMesh coarser_mesh(const Mesh& mesh, std::uint64_t most_triangles) {
@@ -92,7 +103,7 @@ CoarserMesh coarser_mesh(const Mesh& mesh, std::uint64_t most_triangles) {
   for (const Vec3& p : mesh.positions) box.add(p);
   const Vec3 size = box.size();
   const double longest = std::max({size.x, size.y, size.z});
-  for (std::uint64_t cells = kFirstCells;;) {
+  for (std::uint64_t cells = first_cells(mesh, longest, static_cast<double>(most));;) {
     to.cell_mm = longest > 0 ? longest / static_cast<double>(cells) : 1;
     join(members_of(mesh, box, to.cell_mm), to);
     join_triangles(mesh, to);

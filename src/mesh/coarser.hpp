@@ -18,10 +18,11 @@ struct CoarserMesh {
 };
 
 /// As it is when it has at most `most_triangles` (at least 8); else every vertex becomes the one nearest to the centre
-/// of its cell, and triangles whose corners fell together or that are there already go. The grid starts at the box's
-/// low corner with 1024 cells along the longest side, and becomes coarser by the root of the excess until the limit
-/// holds. ties  the least vertex row, the least triangle number cost  O((V log V + F log F) tries), three tries as a
-/// rule; about 40 bytes per triangle
+/// of its cell, and triangles whose corners fell together or that are there already go; what is folded over by this
+/// is turned, so that the outside stays outside. The grid starts at the box's low corner with as many cells along the
+/// longest side as the area lets expect, and becomes coarser by the root of the excess until the limit holds.
+/// ties  the least vertex row, the least triangle number
+/// cost  O((V log V + F log F) tries), two tries as a rule; about 40 bytes per triangle
 CoarserMesh coarser_mesh(const Mesh& mesh, std::uint64_t most_triangles);
 
 /// Edges that do not join exactly two triangles, as rising pairs of vertices, ascending.

@@ -50,7 +50,7 @@ struct SurfaceView {
 };
 /// Codes of an error on the page: unknown, below the scale, 253 steps over it, above.
 inline constexpr std::size_t kErrorColours = 256;
-/// Where a code's error lies on the scale, -1 .. 1; 1 .. 255 without the first.
+/// Where a code's error lies on the scale: 2 .. 254 from -1 to 1, 1 and 255 beyond.
 inline constexpr double error_of_code(std::size_t code) { return (static_cast<double>(code) - 128) / 126; }
 
 /// Points or bins that went, by reason, in the order in which the reasons apply.

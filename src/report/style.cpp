@@ -33,7 +33,7 @@ nav a{margin-right:1rem;color:#0b5394;white-space:nowrap}
 .notes .w{border-color:#d98200;background:#fff6e5}
 .notes b{color:var(--warn)}
 .pictures{display:grid;grid-template-columns:repeat(auto-fit,minmax(min(100%,26rem),1fr));gap:1rem}
-figure{margin:0}
+figure{margin:0}main>figure{margin:0 0 1.3rem}
 figure img,figure svg{display:block;width:100%;height:auto;border:1px solid var(--line);border-radius:.3rem;background:#fff}
 figure.chart{max-width:52rem}
 .view canvas{display:block;width:100%;height:auto;aspect-ratio:4/3;max-height:76vh;border:1px solid var(--line);
@@ -69,7 +69,7 @@ footer p{overflow-wrap:anywhere}
 @media (max-width:40rem){body{padding:.8rem .7rem 2rem}h1{font-size:1.35rem}.verdict strong{font-size:1.6rem}
 .tiles{grid-template-columns:1fr 1fr}.tiles dd{font-size:1.2rem}th,td{padding-right:.6rem}.d{min-width:11rem}
 tbody th,td:not(.n):not(.p):not(.d){min-width:8.5rem}.tools button{padding:.35rem .5rem}}
-@media print{.view canvas,.view .tools,.view .legend,#view-says{display:none}.view.live figure{display:block}
+@media print{.view canvas,.view .tools,.view .legend,#view-says,.view noscript{display:none}.view.live figure{display:block}
 .view figure{max-width:12cm}
 @page{margin:14mm}body{max-width:none;padding:0;font-size:10pt}nav{display:none}
 h2{margin-top:1.4rem;break-after:avoid}h3,caption{break-after:avoid}figure,tr,.tiles div,.verdict{break-inside:avoid}

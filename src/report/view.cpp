@@ -144,8 +144,10 @@ void add_view(const SurfaceView& view, const Picture* picture, std::string& out)
          "\">\n";
   add_tools(view, out);
   if (picture) add_picture(*picture, out);
-  out += "<p class=\"quiet\" id=\"view-says\">The 3-D view needs JavaScript and WebGL" +
-         std::string(picture ? "; this is the picture instead" : "") + ".</p>\n";
+  out +=
+      "<p class=\"quiet\" id=\"view-says\" hidden=\"hidden\"></p>\n<noscript><p class=\"quiet\">The 3-D view needs "
+      "JavaScript" +
+      std::string(picture ? "; this is the picture instead" : "") + ".</p></noscript>\n";
   add_legend(view, out);
   if (view.cell_mm > 0)
     out += "<p class=\"quiet\">Coarser than the mesh, so that the page stays small: " + grouped(view.triangles.size()) +

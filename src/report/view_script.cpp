@@ -18,6 +18,7 @@ var view = {az: -45, el: 35.26438968, zoom: 1, x: 0, y: 0, fit: 1};
 var SIDES = {"iso": [-45, 35.26438968], "+x": [0, 0], "-x": [180, 0], "+y": [90, 0], "-y": [-90, 0], "+z": [-90, 90], "-z": [-90, -90]};
 var HELP = "Drag turns, with shift or two fingers moves; wheel (after a click), pinch, + and - zoom; arrow keys turn, 0 goes back; a click tells the place.";
 
+function say(text) { says.textContent = text; says.hidden = false; }
 function numbers(text) { return text.split(" ").map(Number); }
 function shades(text) {
   var list = [];
@@ -276,7 +277,7 @@ function tell(x, y) {
     var sum = u + v + w, depth = (u * seen[i + 2] + v * seen[j + 2] + w * seen[l + 2]) / sum;
     if (!best || depth > best.depth) best = {depth: depth, n: n, share: [u / sum, v / sum, w / sum]};
   }
-  if (!best) { says.textContent = HELP; return; }
+  if (!best) { say(HELP); return; }
   var where = [0, 0, 0], near = 0;
   for (k = 0; k < 3; ++k) {
     for (a = 0; a < 3; ++a) where[a] += best.share[k] * (mesh.low[a] + place(mesh.corners[best.n + k], a));
@@ -289,7 +290,7 @@ function tell(x, y) {
       code === 255 ? "; fit error above " + range + " mm" :
       "; fit error of the nearest vertex\u2019s bin about " + ((code - 128) / 126 * range).toPrecision(2) + " mm";
   }
-  says.textContent = text + ".";
+  say(text + ".");
 }
 
 function listen() {
@@ -377,7 +378,7 @@ function start() {
     box.classList.add("live");
     upload();
     tools.hidden = false;
-    says.textContent = HELP;
+    say(HELP);
     from(view.az, view.el);
     listen();
     fromAddress();
@@ -386,7 +387,7 @@ function start() {
     if (canvas.parentNode) box.removeChild(canvas);
     box.classList.remove("live");
     tools.hidden = true;
-    says.textContent = "No 3-D view: " + why.message + ".";
+    say("No 3-D view: " + why.message + ".");
   }
 }
 

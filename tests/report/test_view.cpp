@@ -138,7 +138,7 @@ TEST(View, StandsBesideItsPicture) {
   EXPECT_EQ(page.find("#pictures"), std::string::npos);
   report.pictures.clear();
   page = page_of(report);
-  EXPECT_NE(page.find("The 3-D view needs JavaScript and WebGL."), std::string::npos);
+  EXPECT_NE(page.find("The 3-D view needs JavaScript.</p></noscript>"), std::string::npos);
   EXPECT_EQ(page.find("Coarser"), std::string::npos);
   report.view->full_triangles = 3000000;
   report.view->cell_mm = 0.25;
