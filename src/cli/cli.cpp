@@ -65,6 +65,7 @@ struct Options {
   SimulateOptions simulate;
   bool as_is = false, as_points = false;
   pipeline::MeshForm form;
+  pipeline::SectionChoice sections;
   pipeline::AuditChoice audit;
 
   const StageOptions& stage(const std::string& command) const {
@@ -149,6 +150,13 @@ void add_tool_commands(CLI::App& app, Options& options) {
   verify.add_option("mesh", options.input, "STL, OBJ, OFF or PLY, mm.")->required();
   verify.add_option("--cloud", options.inputs, "Cloud file, .conf file or scan plan; may be given again.")
       ->allow_extra_args(false);
+  verify
+      .add_option(
+          "--section", options.sections.planes,
+          "Plane through mesh and cloud: z=12.5, x=worst, y=loop, z=3x (three), 1,1,0=5, x=1,2,3 (a point), or a "
+          "map as in the job; may be given again.")
+      ->allow_extra_args(false);
+  verify.add_option("-o,--output", options.sections.folder, "Folder for the sections as SVG, DXF and PNG.");
   options.verify.add_to(verify, {"", "lattice", "verify", "sensor"});
   CLI::App& compare = command(app, options, "compare", "Two meshes against each other.");
   compare.add_option("a", options.input, "STL, OBJ, OFF or PLY.")->required();
@@ -287,7 +295,7 @@ Result<pipeline::ToolReport> run_stage(const std::string& name, const Options& o
   if (name == "reduce") return pipeline::reduce_to_file(o.inputs, what, o.output, context, progress);
   if (name == "mesh") return pipeline::mesh_to_file(o.inputs, what, o.as_is, o.output, context, progress);
   if (name == "optimise") return pipeline::optimise_file(o.input, what, o.output, context, progress);
-  if (name == "verify") return pipeline::verify_file(o.input, o.inputs, what, context, progress);
+  if (name == "verify") return pipeline::verify_file(o.input, o.inputs, o.sections, what, context, progress);
   if (name == "compare") return pipeline::compare_files(o.input, o.second, what, context, progress);
   if (name == "render") return pipeline::render_file(o.input, what, o.picture, o.output, context, progress);
   if (name == "audit") return pipeline::audit_record(o.audit, context, progress);

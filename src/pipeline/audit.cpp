@@ -220,13 +220,16 @@ Result<void> rerun(const Claims& claims, const RecordReader& record, const std::
   TRY_ASSIGN(const RecordReader again, RecordReader::open(place.path() + "/record.h5"));
   TRY_ASSIGN(const Claims remade, claims_of(again));
   values.set("remade_identity", remade.identity);
-  if (remade.identity != claims.identity) {
-    TRY_ASSIGN(Texts before, record.content());
-    TRY_ASSIGN(Texts after, again.content());
-    const std::string where = differences(std::move(before), std::move(after));
+  // Objects are compared in any case: `identity` and `content` are texts that anyone can write.
+  TRY_ASSIGN(Texts before, record.content());
+  TRY_ASSIGN(Texts after, again.content());
+  const std::string where = differences(std::move(before), std::move(after));
+  if (remade.identity != claims.identity)
     problems.push_back("rerun: the record made again has the identity " + remade.identity + ", this one says " +
                        claims.identity + (where.empty() ? "" : "; they differ in " + where));
-  }
+  else if (!where.empty())
+    problems.push_back("rerun: the record made again has the same identity and differs in " + where +
+                       ": this one was changed after it was written");
   for (const Claim& output : claims.outputs) {
     const auto same = std::find_if(remade.outputs.begin(), remade.outputs.end(),
                                    [&](const Claim& c) { return c.file == output.file; });

@@ -143,31 +143,35 @@ Result<Fit> measure_fit(const MeshedSurface& surface, const reduce::ReducedCloud
   return fit;
 }
 
-Result<SectionResults> measure_sections(const MeshedSurface& surface, const reduce::ReducedCloud& cloud,
-                                        const PointSource& points, const What& what, std::optional<Vec3> worst,
-                                        const Context& context) {
+Result<SectionResults> cut_sections(const Mesh& mesh, std::span<const BorderLoop> loops, const PointSource& points,
+                                    std::span<const verify::SectionRule> rules, double bin_mm,
+                                    std::optional<Vec3> worst, const Context& context) {
   SectionResults results;
-  const std::vector<verify::SectionRule>& rules = what.verify.sections;
-  if (rules.empty()) return results;
-  const double bin_mm = cloud.lattice.edge_mm;
   verify::SectionFeatures features;
   features.worst = worst;
   const BorderLoop* longest = nullptr;
-  for (const BorderLoop& loop : surface.loops)
+  for (const BorderLoop& loop : loops)
     if (!longest || loop.length_mm > longest->length_mm) longest = &loop;
   if (longest) features.longest_loop = longest->centre;
   for (const verify::SectionRule& rule : rules)
     if (rule.where == verify::SectionRule::Where::Loop && !longest)
       results.notes.push_back("verify.sections: there is no open loop to cut through");
   std::vector<double> magnify;
-  TRY_ASSIGN(const auto frames, verify::section_frames(surface.mesh, rules, bin_mm, features, magnify));
-  std::optional<JudgedPoints> judged;
-  if (!surface.stray_rows.empty()) judged.emplace(points, cloud, stray_bins(surface, cloud));
-  const PointSource& source = judged ? static_cast<const PointSource&>(*judged) : points;
-  TRY_ASSIGN(results.sections, verify::sections_of(surface.mesh, source, frames, magnify, bin_mm, context));
+  TRY_ASSIGN(const auto frames, verify::section_frames(mesh, rules, bin_mm, features, magnify));
+  TRY_ASSIGN(results.sections, verify::sections_of(mesh, points, frames, magnify, bin_mm, context));
   for (const Section& section : results.sections)
     if (section.lines.empty()) results.notes.push_back("section " + section.frame.name + " does not meet the mesh");
   return results;
+}
+
+Result<SectionResults> measure_sections(const MeshedSurface& surface, const reduce::ReducedCloud& cloud,
+                                        const PointSource& points, const What& what, std::optional<Vec3> worst,
+                                        const Context& context) {
+  if (what.verify.sections.empty()) return SectionResults();
+  std::optional<JudgedPoints> judged;
+  if (!surface.stray_rows.empty()) judged.emplace(points, cloud, stray_bins(surface, cloud));
+  const PointSource& source = judged ? static_cast<const PointSource&>(*judged) : points;
+  return cut_sections(surface.mesh, surface.loops, source, what.verify.sections, cloud.lattice.edge_mm, worst, context);
 }
 
 Unmeshed unmeshed_points(const MeshedSurface& surface, const reduce::ReducedCloud& cloud) {

@@ -37,6 +37,11 @@ struct SectionResults {
   std::vector<std::string> notes;  // of those that could not be had
 };
 
+/// Cuts a mesh. `worst`: where the fit is worst.
+Result<SectionResults> cut_sections(const Mesh& mesh, std::span<const BorderLoop> loops, const PointSource& points,
+                                    std::span<const verify::SectionRule> rules, double bin_mm,
+                                    std::optional<Vec3> worst, const Context& context);
+
 /// Cuts the mesh where the job says, with the same points as measure_fit. `worst`: where the fit is worst.
 Result<SectionResults> measure_sections(const MeshedSurface& surface, const reduce::ReducedCloud& cloud,
                                         const PointSource& points, const What& what, std::optional<Vec3> worst,

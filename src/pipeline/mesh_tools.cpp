@@ -12,6 +12,8 @@
 #include "pipeline/convert_notes.hpp"
 #include "pipeline/judge_scan.hpp"
 #include "pipeline/mesh_files.hpp"
+#include "pipeline/section_files.hpp"
+#include "pipeline/sections_key.hpp"
 #include "pipeline/surface.hpp"
 #include "pipeline/tool_inputs.hpp"
 #include "pipeline/unit_hint.hpp"
@@ -158,6 +160,44 @@ void report_fit(const verify::Report& fit, const ScanPoints& points, const char*
     gates.push(std::move(row));
   }
   if (!fit.gates.empty()) out.set("gates", std::move(gates));
+}
+
+/// The files of the sections into the folder, their figures into `out`.
+Result<void> write_cuts(const SectionResults& cuts, const ScanPoints& points, const std::string& folder, Node& out) {
+  TRY(store::make_folders(folder));
+  TRY_ASSIGN(const std::vector<WrittenFile> sheets, write_section_files(cuts.sections, folder));
+  TRY_ASSIGN(const auto rows, draw_sections(cuts.sections, folder));
+  Node list = Node::sequence(), files = Node::sequence();
+  for (const WrittenFile& sheet : sheets) files.push(folder + "/" + sheet.name);
+  for (std::size_t n = 0; n < cuts.sections.size(); ++n) {
+    const Section& section = cuts.sections[n];
+    Node row = Node::map();
+    row.set("name", section.frame.name);
+    row.set("origin_mm", triple(section.frame.origin));
+    row.set("normal", triple(section.frame.normal));
+    row.set("length_mm", section.length_mm);
+    row.set("slab_mm", section.frame.slab_mm);
+    row.set("points", section.points_in_slab);
+    row.set("points_at_open_border", section.points_at_open_border);
+    row.set("max_mm", section.max_mm);
+    row.set("rms_mm", section.rms_mm);
+    row.set("magnify", section.magnify);
+    if (section.worst) {
+      Node worst = Node::map();
+      worst.set("place_mm", triple(section.worst->place));
+      worst.set("signed_mm", section.worst->signed_mm);
+      for (const OpenView& view : points.views())
+        if (view.id == section.worst->source.view) worst.set("file", view.path);
+      worst.set("row", section.worst->source.row);
+      row.set("worst", std::move(worst));
+    }
+    list.push(std::move(row));
+    files.push(folder + "/section-" + std::to_string(n + 1) + ".png");
+  }
+  out.set("sections", std::move(list));
+  out.set("files", std::move(files));
+  if (!cuts.notes.empty()) out.set("notes", texts(cuts.notes));
+  return {};
 }
 
 double longest_edge(const Mesh& mesh) {
@@ -309,8 +349,17 @@ Result<ToolReport> optimise_file(const std::string& input, const What& what, con
   return report;
 }
 
-Result<ToolReport> verify_file(const std::string& mesh_path, const std::vector<std::string>& clouds, const What& what,
-                               const Context& context, Progress& progress) {
+Result<ToolReport> verify_file(const std::string& mesh_path, const std::vector<std::string>& clouds,
+                               const SectionChoice& sections, const What& what, const Context& context,
+                               Progress& progress) {
+  TRY_ASSIGN(const auto planes, sections_from_words(sections.planes));
+  if (planes.empty() != sections.folder.empty())
+    return fail(Code::BadUsage,
+                planes.empty() ? "a folder is for sections; add --section AXIS=PLACE, such as --section z=12.5"
+                               : "sections need a folder for their files; add -o DIR",
+                "command line");
+  if (!planes.empty() && clouds.empty())
+    return fail(Code::BadUsage, "a section shows measured points beside the mesh; add --cloud FILE", "command line");
   TRY_ASSIGN(const LoadedMesh loaded, load_mesh(mesh_path, What()));  // units are the clouds'; meshes are mm
   progress.stage("topology", 0, 0);
   TRY_ASSIGN(const verify::Quality quality, verify::quality_of(loaded.mesh, context));
@@ -330,10 +379,19 @@ Result<ToolReport> verify_file(const std::string& mesh_path, const std::vector<s
   terms.bin_mm = what.lattice.bin_mm.value_or(quality.edges.p50);
   terms.sensor_accuracy_mm = what.sensor.accuracy_mm;
   TRY_ASSIGN(const verify::Report fit, verify::verify_mesh(loaded.mesh, watched, terms, what.verify, context));
+  SectionResults cuts;
+  if (!planes.empty()) {
+    progress.stage("sections", 0, 0);
+    const auto& farthest = fit.worst_interior.empty() ? fit.worst : fit.worst_interior;
+    const std::optional<Vec3> worst = farthest.empty() ? std::nullopt : std::optional<Vec3>(farthest[0].place);
+    TRY_ASSIGN(cuts, cut_sections(loaded.mesh, border_loops(loaded.mesh), *opened.points, planes, terms.bin_mm, worst,
+                                  context));
+  }
   TRY(opened.points->verify_unchanged());
   Node distances = Node::map();
   report_fit(fit, *opened.points, what.lattice.bin_mm ? "bin_mm" : "median_edge_mm", distances);
   report.values.set("fit", std::move(distances));
+  if (!planes.empty()) TRY(write_cuts(cuts, *opened.points, sections.folder, report.values));
   report.failed_gates = failed_gates(fit.gates);
   const double far = fit.all.percentiles ? fit.all.percentiles->p50 / norm(quality.bounds.size()) : 0;
   const std::string unit = unit_hint(quality.bounds, bounded.bounds(), opened.points->units_mm());

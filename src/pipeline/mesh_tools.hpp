@@ -16,10 +16,17 @@ Result<bool> is_mesh_file(const std::string& path);
 /// Edge swaps. Without a bin size no new edge is longer than the longest there is.
 Result<ToolReport> optimise_file(const std::string& input, const What& what, const std::string& output,
                                  const Context& context, Progress& progress);
-/// Quality of a mesh and, where clouds are given, the distances of all their points. Without a bin size the unit of
-/// histogram and sums is the median edge.
-Result<ToolReport> verify_file(const std::string& mesh, const std::vector<std::string>& clouds, const What& what,
-                               const Context& context, Progress& progress);
+/// Planes through a mesh that is judged, as sections_from_words() reads them, and the folder for their files.
+struct SectionChoice {
+  std::vector<std::string> planes;
+  std::string folder;
+};
+/// Quality of a mesh and, where clouds are given, the distances of all their points and sections as a job draws them
+/// (sections.svg, sections.dxf, section-N.png). Without a bin size the unit of histogram and sums, and the thickness of
+/// slabs, is the median edge.
+Result<ToolReport> verify_file(const std::string& mesh, const std::vector<std::string>& clouds,
+                               const SectionChoice& sections, const What& what, const Context& context,
+                               Progress& progress);
 Result<ToolReport> compare_files(const std::string& a, const std::string& b, const What& what, const Context& context,
                                  Progress& progress);
 /// Format, size and quality of a mesh.

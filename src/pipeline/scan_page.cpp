@@ -5,6 +5,7 @@
 
 #include "base/text.hpp"
 #include "pipeline/density.hpp"
+#include "pipeline/page_view.hpp"
 #include "pipeline/run_scan.hpp"
 #include "pipeline/scan_record.hpp"
 
@@ -236,6 +237,7 @@ report::ScanReport page_of(const FinishedScan& scan, const What& what, const std
   for (std::size_t n = 0; n < record.notes.size(); ++n)
     page.notes.push_back({record.note_kinds[n] == provenance::NoteKind::Warning, record.notes[n]});
   page.pictures = std::move(pictures);
+  page.view = view_of(record);
   page.sections = std::move(sections);
   add_points(record, page);
   page.mesh = mesh_of(scan, what);

@@ -30,6 +30,11 @@ constexpr Kind kRemoved{"", "preview-removed.png", "what was kept, and in red wh
                         render::Style::Points};
 constexpr const Kind* kKinds[] = {&kShaded, &kError, &kPatches, &kRemoved};
 
+/// Without its bytes yet.
+report::Picture framed(const Kind& kind) {
+  return {{}, kind.caption, static_cast<int>(kWidth), static_cast<int>(kHeight), &kind == &kShaded};
+}
+
 Result<report::Picture> draw(const render::Scene& scene, const Kind& kind, const std::string& folder,
                              const Context& context) {
   const std::string path = folder + "/" + kind.file;
@@ -38,7 +43,7 @@ Result<report::Picture> draw(const render::Scene& scene, const Kind& kind, const
   params.width = kWidth;
   params.height = kHeight;
   TRY_ASSIGN(const render::Image image, render::render(scene, params, context));
-  report::Picture picture{{}, kind.caption, static_cast<int>(kWidth), static_cast<int>(kHeight)};
+  report::Picture picture = framed(kind);
   const auto sink = memory_sink(path, picture.png);
   TRY(render::write_png(image, *sink));
   TRY(sink->commit());
@@ -102,8 +107,7 @@ Result<std::vector<report::Picture>> copy_pictures(const Previous& previous, con
     if (!is_wanted(*kind, what) || !previous.find(kind->file)) continue;
     const std::string path = previous.folder + "/" + kind->file;
     TRY_ASSIGN(const auto source, store::open_file(path, path));
-    report::Picture& picture =
-        pictures.emplace_back(report::Picture{{}, kind->caption, static_cast<int>(kWidth), static_cast<int>(kHeight)});
+    report::Picture& picture = pictures.emplace_back(framed(*kind));
     TRY_ASSIGN(picture.png, read_all(*source, kMostBytes));
     TRY(store::write_text(folder + "/" + kind->file, picture.png));
   }

@@ -172,6 +172,57 @@ std::vector<SectionRule> read_sections(const Node& value, Problems& problems) {
   return rules;
 }
 
+namespace {
+
+/// "a,b,c" as a list, numbers as numbers, anything else as a text.
+Node value_of(std::string_view text) {
+  if (const auto number = parse_number(text)) return Node(*number);
+  if (text.find(',') == std::string_view::npos) return Node(std::string(text));
+  Node list = Node::sequence();
+  for (std::size_t at = 0; at <= text.size();) {
+    const std::size_t end = std::min(text.find(',', at), text.size());
+    list.push(value_of(text.substr(at, end - at)));
+    at = end + 1;
+  }
+  return list;
+}
+
+Result<Node> rule_of(const std::string& word) {
+  if (word.starts_with('{')) return document::parse_yaml(word, "command line: --section");
+  const std::size_t sign = word.find('=');
+  if (sign == std::string::npos || sign == 0 || sign + 1 == word.size())
+    return fail(Code::BadParameter,
+                "--section: found " + word +
+                    "; wanted AXIS=PLACE such as z=12.5, x=worst, y=loop, z=3x, 1,1,0=5, or a map as in the job",
+                "command line");
+  const std::string_view place = std::string_view(word).substr(sign + 1);
+  Node rule = Node::map();
+  rule.set("axis", value_of(std::string_view(word).substr(0, sign)));
+  const auto count = place.ends_with('x') ? parse_number(place.substr(0, place.size() - 1)) : std::nullopt;
+  const auto at = parse_number(place);
+  if (count)
+    rule.set("count", *count);
+  else if (at)
+    rule.set("at_mm", *at);
+  else
+    rule.set("through", value_of(place));
+  return rule;
+}
+
+}  // namespace
+
+Result<std::vector<SectionRule>> sections_from_words(const std::vector<std::string>& words) {
+  Node list = Node::sequence();
+  for (const std::string& word : words) {
+    TRY_ASSIGN(Node rule, rule_of(word));
+    list.push(std::move(rule));
+  }
+  Problems problems("command line");
+  std::vector<SectionRule> rules = read_sections(list, problems);
+  if (!problems.empty()) return problems.error();
+  return rules;
+}
+
 Node sections_to_document(const std::vector<SectionRule>& rules) {
   Node list = Node::sequence();
   for (const SectionRule& rule : rules) {

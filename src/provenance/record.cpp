@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The layout of a record, in writing order. docs/formats.md describes it for readers; the two change together, and the
-// name in `Conventions` changes with them.
+// The layout of a record, in writing order. schemas/record.schema.json describes it, and docs/record.md is made from that;
+// they change together. What is added raises the version of the stage `record`; what changes, the name in `Conventions`.
 #include "provenance/record.hpp"
 
 #include <algorithm>

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "mesh/section_drawing.hpp"
+#include "render/camera.hpp"
 #include "render/colours.hpp"
 #include "render/overlay.hpp"
 #include "render/strokes.hpp"
@@ -74,6 +75,44 @@ void draw_ring(double x, double y, double radius, double pen, Image& image) {
   draw_strokes(image, ring, pen, kWorst);
 }
 
+struct Label {
+  double left = 0, base = 0, leader = 0;  // of the words; where the leader ends
+  Box box;                                // that they cover
+};
+
+std::uint64_t drawn_pixels(const Image& image, const Box& box) {
+  const int right = std::min(image.width, static_cast<int>(box.left + box.width) + 1);
+  const int bottom = std::min(image.height, static_cast<int>(box.top + box.height) + 1);
+  std::uint64_t count = 0;
+  for (int row = std::max(0, static_cast<int>(box.top)); row < bottom; ++row)
+    for (int column = std::max(0, static_cast<int>(box.left)); column < right; ++column)
+      count += !(image.pixel(column, row) == kPaper);
+  return count;
+}
+
+/// Near the ring, where it hides least of what is drawn; first towards the middle, where sections are mostly empty.
+Label place_label(double x, double y, double width, double text, const Window& w, const Image& image) {
+  const double middle_x = w.left + w.width / 2, middle_y = w.top + w.height / 2;
+  Label best;
+  std::uint64_t least = ~std::uint64_t{0};
+  for (const double away : {7.5, 4.0, 2.0, 11.0, 15.0, 20.0, 26.0})
+    for (const int side : {1, -1})
+      for (const int half : {1, -1}) {
+        const bool to_left = (x > middle_x) == (side > 0);
+        const bool upward = (y > middle_y) == (half > 0);
+        Label label;
+        label.left = std::clamp(to_left ? x - 8 * text - width : x + 8 * text, text, image.width - text - width);
+        label.base = std::clamp(y + (upward ? -away : away) * text, w.top + 1.2 * text, w.top + w.height);
+        label.leader = to_left ? label.left + width : label.left;
+        label.box = {label.left - 0.3 * text, label.base - 1.4 * text, width + 0.6 * text, 1.85 * text};
+        const std::uint64_t hidden = drawn_pixels(image, label.box);
+        if (hidden >= least) continue;
+        least = hidden;
+        best = label;
+      }
+  return best;
+}
+
 void draw_worst(const Section& section, const Window& w, double text, Image& image) {
   const SectionPoint& worst = *section.worst;
   const Uv end = worst.has_foot ? deviation_end(section, worst) : worst.at;
@@ -85,19 +124,16 @@ void draw_worst(const Section& section, const Window& w, double text, Image& ima
   draw_ring(x, y, 0.9 * text, std::max(1.6, text / 5), image);
   const std::string words = worst_text(worst);
   const double width = text_width(words, text * 1.1);
-  // Towards the middle, where sections are mostly empty; a leader leads back to the ring.
-  const double middle_x = w.left + w.width / 2, middle_y = w.top + w.height / 2;
-  const bool to_left = x > middle_x;
-  const double at = std::clamp(to_left ? x - 8 * text - width : x + 8 * text, text, image.width - text - width);
-  const double base = std::clamp(y + (y > middle_y ? -7.5 : 7.5) * text, w.top + 1.2 * text, w.top + w.height);
-  const double dx = (to_left ? at + width : at) - x, dy = base - text / 2 - y, length = std::sqrt(dx * dx + dy * dy);
+  const Label label = place_label(x, y, width, text, w, image);
+  const double dx = label.leader - x, dy = label.base - text / 2 - y, length = std::sqrt(dx * dx + dy * dy);
   if (length > 1.2 * text) {
     const double from = 0.9 * text / length;
     const Segment leader{x + dx * from, y + dy * from, x + dx, y + dy};
     draw_strokes(image, {&leader, 1}, std::max(1.0, text / 9), kWorst);
   }
-  fill_box(image, at - 0.3 * text, base - 1.4 * text, at + width + 0.3 * text, base + 0.45 * text, kPaper);
-  draw_text(image, at, base, words, text * 1.1, kWorst);
+  const Box& box = label.box;
+  fill_box(image, box.left, box.top, box.left + box.width, box.top + box.height, kPaper);
+  draw_text(image, label.left, label.base, words, text * 1.1, kWorst);
 }
 
 void draw_bar(const Window& w, double text, Image& image) {

@@ -2,12 +2,44 @@
 // The order of the page: the verdict and the few numbers that matter, pictures, then tables.
 #include "report/scan_report.hpp"
 
+#include <algorithm>
+
+#include "base/digest.hpp"
 #include "report/html.hpp"
 #include "report/sections.hpp"
 #include "report/style.hpp"
+#include "report/view_script.hpp"
 
 namespace scanmill::report {
 namespace {
+
+std::string script_digest() {
+  const std::string digits = sha256_hex(kViewScript);
+  const auto value = [](char c) { return c <= '9' ? c - '0' : c - 'a' + 10; };
+  std::string bytes;
+  for (std::size_t n = 0; n < digits.size(); n += 2)
+    bytes += static_cast<char>(value(digits[n]) * 16 + value(digits[n + 1]));
+  return base64(bytes);
+}
+
+/// The picture that the view replaces; null where there is none.
+const Picture* stand_in(const ScanReport& report) {
+  const auto& list = report.pictures;
+  const auto at = std::find_if(list.begin(), list.end(), [](const Picture& p) { return p.stands_for_view; });
+  return report.view && at != list.end() ? &*at : nullptr;
+}
+
+bool has_pictures(const ScanReport& report) { return report.pictures.size() > (stand_in(report) ? 1u : 0u); }
+
+Result<void> check(const SurfaceView& view) {
+  const std::size_t vertices = view.positions.size();
+  bool sound = (view.patch.empty() || view.patch.size() == view.triangles.size()) &&
+               (view.errors.empty() || view.errors.size() == vertices);
+  for (const auto& x : view.triangles) sound = sound && x[0] < vertices && x[1] < vertices && x[2] < vertices;
+  for (const auto& [a, b] : view.open_edges) sound = sound && a < vertices && b < vertices;
+  if (!sound) return fail(Code::Internal, "the lists of the report's 3-D view do not belong together");
+  return {};
+}
 
 void add_head(const ScanReport& report, std::string& out) {
   const std::string name = report.scan.empty() ? "scan" : report.scan;
@@ -15,9 +47,10 @@ void add_head(const ScanReport& report, std::string& out) {
   out +=
       "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n"
       "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n"
-      // Even a hole in the escaping would fetch and run nothing.
+      // Even a hole in the escaping would fetch nothing, and run nothing but the script of the view.
       "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; img-src data:; style-src "
-      "'unsafe-inline'\"/>\n<title>" +
+      "'unsafe-inline'" +
+      (report.view ? "; script-src 'sha256-" + script_digest() + "'" : std::string()) + "\"/>\n<title>" +
       escaped(title) + "</title>\n<style>" + kStyleSheet + "</style>\n</head>\n<body>\n<header>\n<h1>" + escaped(name) +
       "</h1>\n";
   const bool own_title = !report.title.empty() && report.title != name;
@@ -32,7 +65,8 @@ void add_navigation(const ScanReport& report, std::string& out) {
   const auto link = [&](bool there, const char* id, const char* name) {
     if (there) out += std::string("<a href=\"#") + id + "\">" + name + "</a> ";
   };
-  link(!report.pictures.empty(), "pictures", "Pictures");
+  link(report.view.has_value(), "view", "3-D view");
+  link(has_pictures(report), "pictures", "Pictures");
   link(!report.gates.empty(), "gates", "Gates");
   link(report.fit.has_value(), "fit", "Fit error");
   link(!report.sections.empty(), "sections", "Sections");
@@ -45,6 +79,8 @@ void add_navigation(const ScanReport& report, std::string& out) {
   out += "</nav>\n";
 }
 
+}  // namespace
+
 void add_picture(const Picture& picture, std::string& out) {
   const std::string caption = escaped(picture.caption);
   out += "<figure><img alt=\"" + caption + "\"";
@@ -54,8 +90,6 @@ void add_picture(const Picture& picture, std::string& out) {
       " src=\"data:image/png;base64," + base64(picture.png) + "\"/><figcaption>" + caption + "</figcaption></figure>\n";
 }
 
-}  // namespace
-
 Result<void> write_scan_report(const ScanReport& report, ByteSink& sink) {
   std::string out;
   const auto flush = [&]() -> Result<void> {
@@ -63,16 +97,20 @@ Result<void> write_scan_report(const ScanReport& report, ByteSink& sink) {
     out.clear();
     return {};
   };
+  if (report.view) TRY(check(*report.view));
   add_head(report, out);
   add_verdict(report, out);
   add_tiles(report, out);
   add_notes(report, out);
   add_navigation(report, out);
   out += "</header>\n<main>\n";
-  if (!report.pictures.empty()) {
+  const Picture* const shown_by_view = stand_in(report);
+  if (report.view) add_view(*report.view, shown_by_view, out);
+  if (has_pictures(report)) {
     add_heading(out, "pictures", "Pictures");
     out += "<div class=\"pictures\">\n";
     for (const Picture& picture : report.pictures) {
+      if (&picture == shown_by_view) continue;
       add_picture(picture, out);
       TRY(flush());  // pictures are the bulk of the page: never all of them twice in memory
     }
@@ -94,6 +132,8 @@ Result<void> write_scan_report(const ScanReport& report, ByteSink& sink) {
   add_files(report, out);
   out += "</main>\n";
   add_footer(report, out);
+  TRY(flush());
+  if (report.view) add_view_script(*report.view, out);  // last: all above is read while this is still loading
   out += "</body>\n</html>\n";
   return flush();
 }

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // The page a lab reads after a scan: report.html, plain data in, bytes out.
 #pragma once
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "base/bytes.hpp"
@@ -26,9 +28,30 @@ struct Gate {
 /// A PNG in full.
 struct Picture {
   std::string png;
-  std::string caption;        // "fit error, seen from +x"
-  int width = 0, height = 0;  // pixels, so that the page does not jump; 0 when not known
+  std::string caption;           // "fit error, seen from +x"
+  int width = 0, height = 0;     // pixels, so that the page does not jump; 0 when not known
+  bool stands_for_view = false;  // what is seen where the 3-D view is not: no script, no WebGL, paper
 };
+
+/// The mesh as a reader of the page may turn it. Colours are those of the pictures.
+struct SurfaceView {
+  using Colour = std::array<std::uint8_t, 3>;
+  std::vector<Vec3> positions;
+  std::vector<std::array<std::uint32_t, 3>> triangles;              // outward counter-clockwise
+  std::vector<std::uint32_t> patch;                                 // per triangle
+  std::vector<double> errors;                                       // per vertex, mm; NaN where none is known
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> open_edges;  // of vertices
+  std::vector<Colour> patch_colours;                                // of patch n: number n modulo their count
+  std::vector<Colour> error_colours;                                // of kErrorColours codes
+  double error_range_mm = 0;                                        // both ends of the scale
+  Colour front{}, back{}, open{};                                   // shaded: outside, inside; open edges
+  std::uint64_t full_triangles = 0;                                 // of the mesh itself
+  double cell_mm = 0;                                               // of the grid that made it coarser; 0: it is whole
+};
+/// Codes of an error on the page: unknown, below the scale, 253 steps over it, above.
+inline constexpr std::size_t kErrorColours = 256;
+/// Where a code's error lies on the scale: 2 .. 254 from -1 to 1, 1 and 255 beyond.
+inline constexpr double error_of_code(std::size_t code) { return (static_cast<double>(code) - 128) / 126; }
 
 /// Points or bins that went, by reason, in the order in which the reasons apply.
 struct Dropped {
@@ -188,6 +211,7 @@ struct ScanReport {
   std::vector<Gate> gates;
   std::vector<Note> notes;
   std::vector<Picture> pictures;
+  std::optional<SurfaceView> view;
   Points points;
   std::optional<Reduction> reduction;
   Mesh mesh;
@@ -209,10 +233,11 @@ struct ScanReport {
 inline constexpr char kRunLine[] = "<p id=\"run\">";
 inline constexpr std::size_t kLoopsShown = 50, kPatchesShown = 200, kComponentsShown = 50;
 
-/// Everything in one UTF-8 file: pictures as data URIs, style inline, no script, nothing fetched. All text is escaped;
-/// control characters, bytes that are no UTF-8 and marks that turn the direction of writing are shown by number.
+/// Everything in one UTF-8 file: pictures as data URIs, style inline, nothing fetched; the only script is that of the
+/// 3-D view, which the page's policy names by its digest. All text is escaped; control characters, bytes that are no
+/// UTF-8 and marks that turn the direction of writing are shown by number. The view takes about 14 bytes a triangle.
 /// Does not commit the sink. The same report gives the same bytes.
-/// errors  what the sink reports
+/// errors  what the sink reports; Internal when lists of the view differ in length or name a vertex that does not exist
 Result<void> write_scan_report(const ScanReport& report, ByteSink& sink);
 
 }  // namespace scanmill::report

@@ -13,6 +13,13 @@ void add_tiles(const ScanReport& report, std::string& out);
 void add_notes(const ScanReport& report, std::string& out);
 void add_gates(const ScanReport& report, std::string& out);
 
+// view.cpp: the 3-D view with the picture that stands for it (may be null), and behind the page its numbers and script
+void add_view(const SurfaceView& view, const Picture* picture, std::string& out);
+void add_view_script(const SurfaceView& view, std::string& out);
+
+// scan_report.cpp
+void add_picture(const Picture& picture, std::string& out);
+
 // fit.cpp: the metrologist's figures
 void add_fit(const ScanReport& report, std::string& out);
 

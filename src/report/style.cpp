@@ -33,9 +33,22 @@ nav a{margin-right:1rem;color:#0b5394;white-space:nowrap}
 .notes .w{border-color:#d98200;background:#fff6e5}
 .notes b{color:var(--warn)}
 .pictures{display:grid;grid-template-columns:repeat(auto-fit,minmax(min(100%,26rem),1fr));gap:1rem}
-figure{margin:0}
+figure{margin:0}main>figure{margin:0 0 1.3rem}
 figure img,figure svg{display:block;width:100%;height:auto;border:1px solid var(--line);border-radius:.3rem;background:#fff}
 figure.chart{max-width:52rem}
+.view canvas{display:block;width:100%;height:auto;aspect-ratio:4/3;max-height:76vh;border:1px solid var(--line);
+border-radius:.3rem;background:#fff;touch-action:none;cursor:grab}
+.view canvas:focus{outline:2px solid var(--pass);outline-offset:1px}
+.view figure{max-width:52rem}.view.live figure{display:none}
+.view [hidden]{display:none}
+.tools{display:flex;flex-wrap:wrap;gap:.35rem .9rem;align-items:center;margin:.4rem 0;font-size:.92rem}
+.tools button{min-width:2.3rem;padding:.15rem .4rem;border:1px solid var(--line);border-radius:.3rem;background:var(--wash);
+color:var(--ink);font:inherit}
+.tools label{white-space:nowrap}
+.legend{display:flex;flex-wrap:wrap;gap:.2rem 1rem;align-items:center;font-size:.9rem}
+.legend i{display:inline-block;width:1.1rem;height:.8rem;margin:0 .35rem;border:1px solid var(--line);vertical-align:-.05rem;
+-webkit-print-color-adjust:exact;print-color-adjust:exact}
+.legend .scale{width:min(14rem,40vw)}
 figcaption{margin-top:.25rem;color:var(--faint);font-size:.9rem}
 .scroll{overflow-x:auto;margin:.5rem 0 1rem}
 table{border-collapse:collapse;font-size:.92rem;font-variant-numeric:tabular-nums}
@@ -55,8 +68,10 @@ footer{margin-top:2.5rem;padding-top:.6rem;border-top:1px solid var(--line);colo
 footer p{overflow-wrap:anywhere}
 @media (max-width:40rem){body{padding:.8rem .7rem 2rem}h1{font-size:1.35rem}.verdict strong{font-size:1.6rem}
 .tiles{grid-template-columns:1fr 1fr}.tiles dd{font-size:1.2rem}th,td{padding-right:.6rem}.d{min-width:11rem}
-tbody th{min-width:8.5rem}}
-@media print{@page{margin:14mm}body{max-width:none;padding:0;font-size:10pt}nav{display:none}
+tbody th,td:not(.n):not(.p):not(.d){min-width:8.5rem}.tools button{padding:.35rem .5rem}}
+@media print{.view canvas,.view .tools,.view .legend,#view-says,.view noscript{display:none}.view.live figure{display:block}
+.view figure{max-width:12cm}
+@page{margin:14mm}body{max-width:none;padding:0;font-size:10pt}nav{display:none}
 h2{margin-top:1.4rem;break-after:avoid}h3,caption{break-after:avoid}figure,tr,.tiles div,.verdict{break-inside:avoid}
 .scroll{overflow:visible}.short{break-inside:avoid}.columns{grid-template-columns:1fr 1fr;gap:0 1rem}
 table{font-size:8.6pt}.d{font-size:7pt;min-width:0}thead{display:table-header-group}

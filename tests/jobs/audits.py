@@ -11,6 +11,7 @@ import tempfile
 from random import Random
 
 import h5py
+import numpy
 
 from end_to_end import make_archive, run, values_of, write_job
 
@@ -100,6 +101,100 @@ def one_changed_byte_is_noticed(work):
     assert "remade_the_same" not in text and "rejected" not in text, text
 
 
+def content_of(path):
+    """The digest `content`, worked out as docs/formats.md says, by nothing of ours."""
+    lines, seen = [], set()
+
+    def typed(item):
+        kind = item.dtype
+        return f"text{kind.itemsize}" if kind.kind == "S" else kind.name
+
+    def add(path, attribute, item, raw, shape):
+        extents = "".join(f"{size}," for size in shape or ())
+        lines.append(f"{path}{' @' + attribute if attribute else ''} {typed(item)} [{extents}] {hashlib.sha256(raw).hexdigest()}")
+
+    def attributes(path, item):
+        for name in item.attrs:
+            if (path, name) != ("/", "content"):
+                told = item.attrs.get_id(name)
+                value = numpy.empty(told.shape or (), told.dtype)
+                if told.shape is not None:
+                    told.read(value)
+                add(path, name, told, value.tobytes() if told.shape is not None else b"", told.shape)
+
+    def below(group, path):
+        for name in sorted(group):
+            item, inner = group[name], path + name
+            place = h5py.h5o.get_info(item.id).addr
+            if place in seen:
+                continue
+            seen.add(place)
+            if isinstance(item, h5py.Group):
+                lines.append(f"{inner} group [] {hashlib.sha256(b'').hexdigest()}")
+                attributes(inner, item)
+                below(item, inner + "/")
+            else:
+                value = item[()]
+                add(inner, "", item, value.tobytes() if hasattr(value, "tobytes") else value, item.shape)
+                attributes(inner, item)
+
+    with h5py.File(path, "r") as record:
+        attributes("/", record)
+        below(record, "/")
+        return hashlib.sha256("".join(line + "\n" for line in sorted(lines)).encode()).hexdigest(), record.attrs["content"].decode(), sorted(lines)
+
+
+def a_forged_record_is_found_by_a_rerun(work):
+    """Who changes a parameter or a result and works `content` out again deceives the digest, not the rerun."""
+    make_archive(f"{work}/a")
+    run("run", write_job(f"{work}/job.yaml", f"{work}/a", KEYS), "--out", f"{work}/o")
+    folder = f"{work}/o/scans/sphere/plan"
+    shutil.copy(f"{folder}/record.h5", f"{work}/kept.h5")
+    assert content_of(f"{folder}/record.h5")[0] == content_of(f"{folder}/record.h5")[1]
+
+    def parameter(record):
+        item = record["parameters/what_json"]
+        item[()] = item[()].replace(b'"bin_mm":1.5', b'"bin_mm":1.6')
+
+    def result(record):
+        record["mesh/stl_positions"][7, 1] += numpy.float32(0.001)
+
+    def figure(record):
+        stage = next(group for name, group in record["stages"].items() if name.endswith("_verify"))
+        stage.attrs.modify("max_mm", 0.001)
+
+    for forge, wanted in ((parameter, "rerun: mesh.stl made again"), (result, "has the same identity and differs in /mesh/stl_positions"),
+                          (figure, "has the same identity and differs in /stages/")):
+        shutil.copy(f"{work}/kept.h5", f"{folder}/record.h5")
+        with h5py.File(f"{folder}/record.h5", "r+") as record:
+            forge(record)
+        assert "record: was changed after it was written" in run("audit", folder, want=4)
+        digest = content_of(f"{folder}/record.h5")[0]
+        with h5py.File(f"{folder}/record.h5", "r+") as record:
+            record.attrs.modify("content", numpy.bytes_(digest))
+        run("audit", folder)
+        text = run("audit", folder, "--rerun", want=4)
+        assert "rejected: " in text and wanted in text, text
+    shutil.copy(f"{work}/kept.h5", f"{folder}/record.h5")
+    run("audit", folder, "--rerun")
+
+
+def the_demo_is_made_again(work):
+    root = os.environ["SCANMILL_ROOT"]
+    for part in ("figurine", "handset"):
+        run("simulate", f"{root}/jobs/demo/{part}.plan.yaml", "--object", part, "--out", f"{work}/a/{part}")
+    text = open(f"{root}/jobs/demo.yaml").read().replace("../archive/demo", f"{work}/a")
+    open(f"{work}/demo.yaml", "w").write(text)
+    run("run", f"{work}/demo.yaml", "--out", f"{work}/o")
+    found = [folder for folder, _, files in os.walk(f"{work}/o/scans") if "record.h5" in files]
+    assert len(found) == 2, found
+    for folder in found:
+        told = values_of(run("audit", folder, "--rerun", "--json"))
+        assert told["proven"] and told["remade_the_same"], told
+        digest, stored, _ = content_of(f"{folder}/record.h5")
+        assert digest == stored
+
+
 def no_flipped_byte_crashes(work):
     """HDF5 itself crashes on some; found by chance, so many are tried (FLIPS)."""
     make_archive(f"{work}/a", ("cube",))
@@ -124,8 +219,8 @@ def no_flipped_byte_crashes(work):
 
 
 def kept_records_stay_readable(work):
-    """A record of every layout that was ever released; a new layout adds one, none is ever replaced."""
-    for name, layout, scan in (("record-1.h5", "scanmill-record-1", "ball"),):
+    """A record of every layout and of what later versions of the stage added to it; a new one is added, none is ever replaced."""
+    for name, layout, scan in (("record-1.h5", "scanmill-record-1", "ball"), ("record-1-stage-7.h5", "scanmill-record-1", "cube/plan")):
         shutil.copy(f"{KEPT}/{name}", f"{work}/record.h5")
         with h5py.File(f"{work}/record.h5") as record:
             assert record.attrs["Conventions"].decode() == layout
@@ -134,6 +229,12 @@ def kept_records_stay_readable(work):
         told = values_of(text)
         assert told["scan"] == scan and told["content_proven"], text
         assert told["inputs_proven"] < told["inputs"] and "is not in" in text
+        digest, stored, _ = content_of(f"{work}/record.h5")
+        assert digest == stored, "as an independent reader works it out"
+        known = values_of(run("info", f"{work}/record.h5", "--json"))
+        assert known["layout"] == layout and known["content_proven"] and known["triangles"] > 90, known
+        schema = f"{os.environ['SCANMILL_ROOT']}/tests/provenance/record_schema.py"
+        subprocess.run([sys.executable, schema, "check", "--any-counters", f"{work}/record.h5"], check=True)
 
 
 def the_crate_names_every_file_with_its_hash(work):

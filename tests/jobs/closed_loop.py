@@ -122,6 +122,7 @@ def refined_coarse(work):
     subprocess.run([sys.executable, f"{ROOT}/tests/provenance/check_record.py", f"{work}/off.out/scans/mill/record.h5",
                     "--archive", f"{work}/off"], check=True, stdout=subprocess.DEVNULL)
     run("audit", f"{work}/off.out/scans/mill", "--rerun")
+    subprocess.run([sys.executable, f"{ROOT}/tests/provenance/record_schema.py", "check", f"{work}/off.out/scans/mill/record.h5"], check=True)
     # The same bytes for any threads.
     first = open(f"{work}/off.out/scans/mill/record.h5", "rb").read()
     for threads in (1, 7):

@@ -281,6 +281,27 @@ def mesh_tools_agree_with_the_job(work):
             assert counters[key] == value, (key, counters[key], value)
         errors = record["VTKHDF/PointData/error_mm"][:]
         assert len(errors) == told["vertices"] and abs(errors).max() <= told["fit"]["all"]["max_mm"] + 1e-6
+    # Sections of the tool are those of the job, to the byte.
+    cuts = "verify: {sections: [{axis: z, at_mm: 3}, {axis: x, through: worst}, {axis: [1, 1, 0], count: 2}, {axis: y, through: [1, 2, 3], slab_mm: 2}]}\n"
+    run("run", write_job(f"{work}/cuts.yaml", "a", keys + cuts), "--out", f"{work}/c")
+    told = values_of(run("verify", f"{work}/c/scans/cube/plan/mesh.ply", "--cloud", f"{work}/a/cube/plan.yaml", "--bin-mm", "1.5", "--json",
+                         "--section", "z=3", "--section", "x=worst", "--section", "1,1,0=2x", "--section",
+                         "{axis: y, through: [1, 2, 3], slab_mm: 2}", "-o", f"{work}/cuts/of/cube"))
+    assert [os.path.basename(path) for path in told["files"]] == ["sections.svg", "sections.dxf"] + [f"section-{n}.png" for n in range(1, 6)]
+    for path in told["files"]:
+        assert open(path, "rb").read() == open(f"{work}/c/scans/cube/plan/{os.path.basename(path)}", "rb").read(), path
+    with h5py.File(f"{work}/c/scans/cube/plan/record.h5") as record:
+        for n, section in enumerate(told["sections"]):
+            assert section["name"] == record["sections/name"][n].decode() and section["max_mm"] == record["sections/max_mm"][n]
+            assert section["worst"]["row"] == record["sections/worst_row"][n] and section["points"] == record["sections/points"][n]
+    mesh, plan = f"{swapped}/mesh.ply", f"{work}/a/cube/plan.yaml"
+    for words, wanted in ((("--section", "z=3", "-o", f"{work}/x"), "add --cloud"), (("--cloud", plan, "--section", "z=3"), "add -o DIR"),
+                          (("--cloud", plan, "-o", f"{work}/x"), "add --section AXIS=PLACE"),
+                          (("--cloud", plan, "--section", "z", "-o", f"{work}/x"), "found z; wanted AXIS=PLACE"),
+                          (("--cloud", plan, "--section", "q=3", "-o", f"{work}/x"), "found 'q'; allowed x, y, z"),
+                          (("--cloud", plan, "--section", "z=worts", "-o", f"{work}/x"), "nearest worst")):
+        assert wanted in run("verify", mesh, *words, want=2), words
+        assert not os.path.exists(f"{work}/x")
     # The same surface in every format.
     for name in ("mesh.stl", "mesh.obj"):
         told = values_of(run("compare", f"{swapped}/mesh.ply", f"{swapped}/{name}", "--json"))
@@ -355,7 +376,8 @@ def every_json_line_fits_the_schema(work):
     plan = f"{work}/a/sphere/plan.yaml"
     commands = [(3, "run", job, "--out", out, "--explain"), (4, "run", job, "--out", out), (0, "check", job), (0, "info", plan),
                 (0, "--version"), (0, "schema", "job"), (0, "info", f"{out}/scans/sphere/plan/record.h5"), (0, "info", mesh), (0, "audit", f"{out}/scans/sphere/plan", "--archive", f"{work}/a"),
-                (4, "audit", f"{out}/scans/sphere/plan", "--archive", work), (0, "verify", mesh, "--cloud", plan), (0, "compare", mesh, mesh),
+                (4, "audit", f"{out}/scans/sphere/plan", "--archive", work), (0, "verify", mesh, "--cloud", plan), (0, "verify", mesh, "--cloud", plan, "--section", "z=worst", "-o", f"{work}/cuts"),
+                (0, "compare", mesh, mesh),
                 (0, "optimise", mesh, "-o", f"{work}/m.ply"), (0, "convert", mesh, f"{work}/m.obj"),
                 (0, "render", mesh, "-o", f"{work}/m.png"), (0, "reduce", plan, "--bin-mm", "2", "-o", f"{work}/r.ply"),
                 (0, "mesh", f"{work}/r.ply", "--as-is", "-o", f"{work}/m.stl"), (0, "init", f"{work}/a", "-o", f"{work}/i.yaml"),

@@ -3,10 +3,12 @@
 """What a job writes, through readers that are not ours. A reader that is not installed: exit 77, skipped.
 usage: second_readers.py CASE"""
 import ctypes
+import io
 import json
 import os
 import re
 import shutil
+import struct
 import subprocess
 import sys
 import tempfile
@@ -49,8 +51,14 @@ def corners_of(folder):
     return numpy.frombuffer(raw, record, offset=84)["corners"].astype(float)
 
 
-def info(folder):
-    return values_of(run("info", f"{folder}/mesh.stl", "--json"))
+def recorded(folder):
+    """What the stages found of the mesh in memory, before any file of it was written."""
+    import h5py
+
+    with h5py.File(f"{folder}/record.h5") as record:
+        figures = dict(next(group.attrs.items() for name, group in record["stages"].items() if name.endswith("_verify")))
+    faults = ("boundary_edges", "nonmanifold_edges", "nonmanifold_vertices", "misoriented_edges")
+    return {**figures, "closed_manifold": not any(figures[name] for name in faults)}
 
 
 def same_triangles(found, wanted):
@@ -132,7 +140,7 @@ def threemf_by_zip_and_xml(work):
         faces = [[vertices[int(t.attrib[c])] for c in ("v1", "v2", "v3")] for t in model.iter(f"{core}triangle")]
         same_triangles(faces, corners_of(folder))
         kind = next(model.iter(f"{core}object")).attrib["type"]
-        assert kind == ("model" if info(folder)["closed_manifold"] else "surface")
+        assert kind == ("model" if recorded(folder)["closed_manifold"] else "surface")
         names = [base.attrib["name"] for base in model.iter(f"{core}base")]
         assert names and all(re.fullmatch(r"patch_\d+", name) for name in names), names
 
@@ -141,7 +149,7 @@ def stl_by_admesh(work):
     if shutil.which("admesh") is None:
         skip("no admesh")
     for folder in scans(work, "[stl]"):
-        told = info(folder)
+        told = recorded(folder)
         figures = {}
         for option in ("-e", "-d"):
             text = subprocess.run(["admesh", option, f"{folder}/mesh.stl"], capture_output=True, text=True, check=True).stdout
@@ -163,7 +171,7 @@ def meshes_by_vtk(work):
         skip("no python3-vtk9")
     readers = {"mesh.stl": vtk.vtkSTLReader, "mesh.ply": vtk.vtkPLYReader, "mesh.obj": vtk.vtkOBJReader}
     for folder in scans(work, "[stl, ply, obj]"):
-        told = info(folder)
+        told = recorded(folder)
         for name, kind in readers.items():
             reader = kind()
             reader.SetFileName(f"{folder}/{name}")
@@ -249,6 +257,130 @@ def bins_by_vdb_print(work):
     plain = text.replace(",", "")
     assert plain.count(f"activeVoxelCount: {count}") + plain.count(f"Active Voxel Count: {count}") + len(re.findall(rf"Number of active voxels:\s+{count}\b", plain)) == 3, (count, text)
     assert "scanmill:bin_mm: 1.5" in text, text
+
+
+def record_by_h5py_and_vtk(work):
+    try:
+        import vtk
+    except ImportError:
+        skip("no python3-vtk9")
+    import h5py
+
+    check = f"{os.environ['SCANMILL_ROOT']}/tests/provenance/check_record.py"
+    for folder in scans(work, "[stl]"):
+        archive = f"{work}/a" if folder.startswith(f"{work}/o/") else f"{os.environ['SCANMILL_DATA']}/range-views/bunny"
+        subprocess.run([sys.executable, check, f"{folder}/record.h5", "--stl", f"{folder}/mesh.stl", "--archive", archive], check=True)
+        reader = vtk.vtkHDFReader()
+        assert reader.CanReadFile(f"{folder}/record.h5")
+        reader.SetFileName(f"{folder}/record.h5")
+        reader.Update()
+        grid = reader.GetOutput()
+        with h5py.File(f"{folder}/record.h5") as record:
+            for kind, data in (("CellData", grid.GetCellData()), ("PointData", grid.GetPointData())):
+                assert data.GetNumberOfArrays() == len(record[f"VTKHDF/{kind}"]) > 0
+                for name, values in record[f"VTKHDF/{kind}"].items():
+                    low, high = data.GetArray(name).GetRange()
+                    assert (low, high) == (values[()].min(), values[()].max()), (kind, name)
+        # Its surface is the mesh: area and open edges as the program tells them.
+        surface = vtk.vtkGeometryFilter()
+        surface.SetInputData(grid)
+        edges = vtk.vtkFeatureEdges()
+        edges.SetInputConnection(surface.GetOutputPort())
+        edges.FeatureEdgesOff()
+        edges.NonManifoldEdgesOff()
+        edges.Update()
+        assert edges.GetOutput().GetNumberOfCells() == recorded(folder)["boundary_edges"]
+
+
+def record_by_paraview(work):
+    program = f"{os.environ.get('SCANMILL_PARAVIEW', '')}/pvpython"
+    if not os.path.exists(program):
+        program = shutil.which("pvpython")
+    if not program:
+        skip("no pvpython; scripts/unpack_paraview.sh puts one beside the system")
+    import h5py
+
+    script = f"{os.environ['SCANMILL_ROOT']}/tests/jobs/in_paraview.py"
+    for folder in scans(work, "[stl]"):
+        shutil.copy(f"{folder}/record.h5", f"{work}/record.hdf")
+        done = subprocess.run([program, script, f"{folder}/record.h5", f"{work}/record.hdf"], capture_output=True, text=True,
+                              timeout=300, env={**os.environ, "DISPLAY": ""})
+        assert done.returncode == 0, done.stderr[-2000:]
+        told = json.loads(done.stdout.strip().splitlines()[-1])
+        assert told["by_reader"] == told["by_name"]
+        told = told["by_reader"]
+        with h5py.File(f"{folder}/record.h5") as record:
+            mesh = record["VTKHDF"]
+            places = mesh["Points"][()]
+            assert told["kind"] == "vtkUnstructuredGrid"
+            assert told["cells"] == len(record["mesh/triangles"]) and told["points"] == len(places)
+            wanted = [bound for axis in range(3) for bound in (places[:, axis].min(), places[:, axis].max())]
+            numpy.testing.assert_allclose(told["bounds"], wanted, rtol=1e-12)
+            for kind, found in (("CellData", told["cell_data"]), ("PointData", told["point_data"])):
+                assert set(found) == set(mesh[kind]), (found, list(mesh[kind]))
+                for name, values in mesh[kind].items():
+                    assert found[name] == [1, values[()].min(), values[()].max()], (name, found[name])
+
+
+def damaged_files_are_noticed(work):
+    """The checks above can fail: each against a file in which one facet is not what it was."""
+    import h5py
+
+    folder = scans(f"{work}/good", "[stl, ply, obj, 3mf, dxf]", ("open",))[0]
+
+    def stl(raw):
+        return raw[:84 + 12] + struct.pack("<f", 77.5) + raw[84 + 16:]
+
+    def text(raw, line_of):
+        """The first number of the first such line, moved."""
+        lines = raw.split(b"\n")
+        at = next(n for n, line in enumerate(lines) if line_of(lines, n))
+        lines[at] = re.sub(rb"-?[\d.]+", b"77.5", lines[at], count=1)
+        return b"\n".join(lines)
+
+    def ply(raw):
+        body = raw.index(b"end_header\n") + 11
+        return raw[:body] + struct.pack("<f", 77.5) + raw[body + 4:]
+
+    def threemf(raw):
+        out = io.BytesIO()
+        with zipfile.ZipFile(io.BytesIO(raw)) as old, zipfile.ZipFile(out, "w") as new:
+            for item in old.infolist():
+                content = old.read(item)
+                new.writestr(item.filename, re.sub(rb' x="[^"]*"', b' x="77.5"', content, count=1) if item.filename.endswith(".model") else content)
+        return out.getvalue()
+
+    def record(path):
+        with h5py.File(path, "r+") as file:
+            file["VTKHDF/PointData/source_row"][:] += 1
+
+    dxf = lambda raw: text(raw, lambda lines, n: n > 0 and lines[n - 1].strip() == b"10" and any(b"3DFACE" in l for l in lines[max(0, n - 12):n]))
+    obj = lambda raw: text(raw, lambda lines, n: lines[n].startswith(b"v "))
+    for case, name, damage in ((stl_by_admesh, "mesh.stl", stl), (meshes_by_vtk, "mesh.stl", stl), (meshes_by_vtk, "mesh.ply", ply),
+                               (meshes_by_vtk, "mesh.obj", obj), (dxf_by_ezdxf, "mesh.dxf", dxf), (threemf_by_lib3mf, "mesh.3mf", threemf),
+                               (threemf_by_zip_and_xml, "mesh.3mf", threemf), (record_by_h5py_and_vtk, "record.h5", record)):
+        copy = f"{work}/o/{case.__name__}-{name}"
+        shutil.copytree(folder, copy)
+        path = f"{copy}/{name}"
+        if damage is record:
+            record(path)
+            os.makedirs(f"{work}/a", exist_ok=True)
+            shutil.copytree(f"{work}/good/a", f"{work}/a", dirs_exist_ok=True)
+        else:
+            raw = open(path, "rb").read()
+            changed = damage(raw)
+            assert changed != raw, name
+            open(path, "wb").write(changed)
+        globals()["scans"] = lambda *_, copy=copy: [copy]
+        place = f"{work}/{case.__name__}-{name}" if case is not record_by_h5py_and_vtk else work
+        os.makedirs(place, exist_ok=True)
+        try:
+            case(place)
+        except (AssertionError, subprocess.CalledProcessError):
+            continue
+        except SystemExit:  # its reader is not installed
+            continue
+        raise AssertionError(f"{case.__name__} takes a damaged {name}")
 
 
 def far_meshes_keep_their_digits(work):

@@ -29,6 +29,10 @@ inline Outline outline_of(const std::string& page) {
   std::size_t at = page.find("<html");
   if (page.substr(0, at) != "<!DOCTYPE html>\n") o.fault = "no doctype";
   while (at < page.size() && o.fault.empty()) {
+    if (!stack.empty() && stack.back() == "script" && page.compare(at, 9, "</script>") != 0) {
+      at = std::min(page.find("</script>", at), page.size());  // its text is no markup
+      continue;
+    }
     if (page[at] != '<') {
       const std::size_t end = std::min(page.find('<', at), page.size());
       const std::string text = page.substr(at, end - at);

@@ -100,6 +100,29 @@ Mesh sample_mesh() {
 
 }  // namespace
 
+SurfaceView sample_view(std::uint32_t wide, std::uint32_t high) {
+  SurfaceView view;
+  for (std::uint32_t y = 0; y <= high; ++y)
+    for (std::uint32_t x = 0; x <= wide; ++x) {
+      view.positions.push_back({x * 0.9, y * 1.1, (x * 7919 + y * 104729) % 997 * 0.01});
+      view.errors.push_back((x * 31 + y * 17) % 201 * 0.01 - 1);
+    }
+  for (std::uint32_t y = 0; y < high; ++y)
+    for (std::uint32_t x = 0; x < wide; ++x) {
+      const std::uint32_t a = y * (wide + 1) + x, c = a + wide + 1;
+      view.triangles.push_back({a, a + 1, c + 1});
+      view.triangles.push_back({a, c + 1, c});
+      view.patch.insert(view.patch.end(), 2, x % 40);
+    }
+  for (std::uint32_t x = 0; x < wide; ++x) view.open_edges.emplace_back(x, x + 1);
+  for (std::uint32_t n = 0; n < 30; ++n) view.patch_colours.push_back({static_cast<std::uint8_t>(n * 8), 99, 200});
+  for (std::size_t n = 0; n < kErrorColours; ++n) view.error_colours.push_back({static_cast<std::uint8_t>(n), 1, 2});
+  view.error_range_mm = 0.5;
+  view.front = {186, 200, 216};
+  view.full_triangles = view.triangles.size();
+  return view;
+}
+
 ScanReport sample_report() {
   ScanReport r;
   r.scan = "stanford/bunny";
@@ -109,7 +132,7 @@ ScanReport sample_report() {
   r.gates = {{"verify.max_error_mm", 1.2, 0.91347, "mm", true}, {"verify.rms_mm", 0.06, 0.052113, "mm", true}};
   r.notes = {{false, "1 stray component was dropped (3 points); it is listed below"},
              {true, "walls thinner than two bins near (12, 40, 7): a bin of 0.6 mm would separate them"}};
-  r.pictures = {{one_pixel(), "shaded, isometric; inside orange, open edges red", 1, 1},
+  r.pictures = {{one_pixel(), "shaded, isometric; inside orange, open edges red", 1, 1, true},
                 {one_pixel(), "fit error, isometric", 1, 1},
                 {one_pixel(), "patches, isometric", 1, 1},
                 {one_pixel(), "points, seen from +z; removed points red", 1, 1}};
@@ -117,6 +140,7 @@ ScanReport sample_report() {
   r.reduction =
       Reduction{1.0, 78766, 59994, {{"c1: far from the bin's centre", 0}, {"c2: too near to another", 18772}}};
   r.mesh = sample_mesh();
+  r.view = sample_view(20, 30);
   r.fit = sample_fit();
   const char* const origins[] = {"given", "automatic", "automatic", "component", "automatic"};
   for (std::uint64_t i = 0; i < 5; ++i)

@@ -7,6 +7,8 @@ namespace scanmill::report {
 
 /// Fails no gate.
 ScanReport sample_report();
+/// A rough sheet of wide x high squares, two triangles each, one side of it open.
+SurfaceView sample_view(std::uint32_t wide, std::uint32_t high);
 /// What a scan without gates, sensor, pictures and fit leaves: the least there is.
 ScanReport bare_report();
 
