@@ -6,20 +6,21 @@
 
 #include "base/text.hpp"
 #include "export/comparing_sink.hpp"
-#include "export/iges_entities.hpp"
 #include "export/iges_lines.hpp"
 #include "export/iges_plan.hpp"
+#include "export/iges_surfaces.hpp"
 
 namespace scanmill::exporting {
 namespace {
 
-constexpr std::string_view kStyles[] = {"brep", "trimmed", "patches", "wire"};
+constexpr std::string_view kStyles[] = {"brep", "trimmed", "patches", "wire", "surfaces"};
 // Lines per triangle of the fuller section, of a large closed mesh (half a vertex and one and a half edges each).
-constexpr double kLinesPerTriangle[] = {12, 14, 5, 3};
+constexpr double kLinesPerTriangle[] = {12, 14, 5, 3, 0.3};
 
 /// What the receiver is to take for equal: a ten-thousandth of the bin (of the mean edge where no bin is known), never
 /// above a tenth of the shortest edge, as a power of ten.
 double resolution_of(const Mesh& mesh, const IgesOptions& options) {
+  if (options.style == IgesStyle::Surfaces) return options.surfaces->quantum_mm;
   double least2 = 0, sum = 0;
   std::uint64_t edges = 0;
   for (const Triangle& t : mesh.triangles)
@@ -79,7 +80,7 @@ Error too_many_lines(const IgesPlan& plan, std::uint64_t directory, std::uint64_
   const std::uint64_t fitting =
       static_cast<std::uint64_t>(static_cast<double>(kIgesLines) / kLinesPerTriangle[style]) / 1000 * 1000;
   sentence += ": choose a larger bin (about " + grouped(fitting) + " triangles fit)";
-  for (const std::size_t other : {std::size_t{2}, std::size_t{3}})
+  for (const std::size_t other : {std::size_t{2}, std::size_t{3}, std::size_t{4}})
     if (other != style && fits(other)) sentence += ", style " + std::string(kStyles[other]);
   return fail(Code::Unsupported, sentence + ", or 3mf, stl or ply", name);
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Smooth surfaces in place of triangles: plain values that the stage `surfaces` fills and writers write.
 #pragma once
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -34,9 +35,10 @@ struct FittedChart {
 };
 
 struct FittedSurfaces {
-  std::vector<FittedChart> charts;          // by least triangle
-  std::vector<std::uint32_t> facets;        // triangles that no chart stands for, ascending
-  double tolerance_mm = 0, quantum_mm = 0;  // quantum: what coordinates are multiples of, a power of ten
+  std::vector<FittedChart> charts;           // by least triangle
+  std::vector<std::uint32_t> facets;         // triangles that no chart stands for, ascending
+  std::vector<std::array<Vec3, 3>> corners;  // of these; drawn to the surfaces where they touch a chart
+  double tolerance_mm = 0, quantum_mm = 0;   // quantum: what coordinates are multiples of, a power of ten
   double fitted_area_mm2 = 0, area_mm2 = 0;
   double max_mm = 0, rms_mm = 0;  // over all charts
   double gap_mm = 0;              // greatest between charts, and between charts and facets, along their borders

@@ -70,9 +70,9 @@ std::vector<Vec3> meet(const Mesh& mesh, const Borders& borders, const VertexCha
   for (const Arc& arc : borders.arcs)
     for (std::size_t k = 0; k < arc.vertices.size(); ++k) {
       const std::uint32_t v = arc.vertices[k];
-      if (seen[v] || held[v] > 1 || at_facets(around, v)) continue;
+      if (seen[v] || held[v] > 1) continue;
       seen[v] = 1;
-      const bool within = k > 0 && k + 1 < arc.vertices.size() && !arc.open && held[v] == 0;
+      const bool within = k > 0 && k + 1 < arc.vertices.size() && !arc.open && held[v] == 0 && !at_facets(around, v);
       moving.push_back({v, within ? arc.vertices[k - 1] : v, within ? arc.vertices[k + 1] : v});
     }
   std::vector<Vec3> places = mesh.positions, next = places;
@@ -81,8 +81,10 @@ std::vector<Vec3> meet(const Mesh& mesh, const Borders& borders, const VertexCha
       Vec3 p = places[m.vertex];
       if (round < smooth) p = (places[m.before] + p * 2 + places[m.after]) * 0.25;
       Vec3 sum;
-      for (const std::uint32_t c : around.of(m.vertex)) sum += fits[c].frame.place(fits[c].foot(p).local);
-      next[m.vertex] = sum * (1 / static_cast<double>(around.of(m.vertex).size()));
+      double charts = 0;
+      for (const std::uint32_t c : around.of(m.vertex))
+        if (c != kNoChart) sum += fits[c].frame.place(fits[c].foot(p).local), ++charts;
+      next[m.vertex] = sum * (1 / charts);
     }
     for (const Place& m : moving) places[m.vertex] = next[m.vertex];
   }

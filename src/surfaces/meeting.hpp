@@ -11,8 +11,9 @@ namespace scanmill::surfaces {
 
 /// A place for each border vertex of the mesh (others stand where the mesh has them).
 /// Inner arcs are smoothed along their run, every vertex is drawn to the mean of its feet on the surfaces around it:
-/// where these cross, to their intersection. Vertices of facets do not move; nor does one that would go farther than
-/// 1.5 bins. `held` per vertex: 1, not smoothed; 2, not moved. `smooth`: rounds with smoothing, before others without.
+/// where these cross, to their intersection. Arcs along facets are not smoothed. A vertex that would go farther than
+/// 1.5 bins does not move. `held` per vertex: 1, not smoothed; 2, not moved. `smooth`: rounds with smoothing, before
+/// others without.
 std::vector<Vec3> meet(const Mesh& mesh, const Borders& borders, const VertexCharts& around,
                        const std::vector<ChartFit>& fits, const std::vector<std::uint8_t>& held, int smooth,
                        const FitTerms& terms);

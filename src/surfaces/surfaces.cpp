@@ -11,7 +11,7 @@
 namespace scanmill::surfaces {
 namespace {
 
-constexpr double kCrease = 0.9;        // cosine between a triangle and its vertex's mean normal
+constexpr double kCrease = 0.96;       // cosine between a triangle and its vertex's mean normal
 constexpr double kMoved = 0.3;         // of the tolerance: nearer samples keep their chart
 constexpr double kSimplerBins = 0.02;  // what a polyline may leave of its border
 constexpr int kSmooth = 12, kJudgements = 8;
@@ -54,6 +54,7 @@ class Fitter {
     fill_empty_triangles();
     charts_ = cut_into_charts(mesh_, neighbours_, terms_.bin_mm);
     drop_small();
+    renumber_charts(normals_, charts_);
     around_ = charts_around(mesh_, charts_.chart);
     find_creases();
     sample_chart_.assign(samples_.places.size(), kNoChart);
@@ -169,6 +170,25 @@ class Fitter {
       const Judgement found = judge_charts(
           {mesh_, charts_, around_, borders_, fits_, samples_, sample_chart_, places_, keep_, loops, terms_}, context_);
       std::vector<std::uint8_t> cut = found.cut;
+      if (getenv("DBG")) {
+        size_t n = 0, e = 0;
+        for (auto x : cut) n += x;
+        for (auto& l : loops) e += l.empty();
+        size_t m = 0;
+        for (auto hh : held_) m += hh > 0;
+        fprintf(stderr, "round %d charts %zu cut %zu no loops %zu held %zu gap %g\n", round, loops.size(), n, e, m,
+                found.gap_mm);
+        for (size_t c = 0; c < loops.size(); ++c) {
+          size_t k = 0, tt = 0;
+          for (size_t t = 0; t < cut.size(); ++t)
+            if (charts_.chart[t] == c) {
+              ++tt;
+              k += cut[t];
+            }
+          fprintf(stderr, "   chart %zu tri %zu cut %zu loops %zu max %g poles %zux%zu\n", c, tt, k, loops[c].size(),
+                  found.max_mm[c], fits_[c].field.u.poles(), fits_[c].field.v.poles());
+        }
+      }
       if (round + 1 >= kJudgements)  // what still has a fault goes whole
         for (std::size_t t = 0; t < cut.size(); ++t)
           if (charts_.chart[t] != kNoChart && found.faulty[charts_.chart[t]]) cut[t] = 1;
@@ -241,6 +261,14 @@ class Fitter {
     }
   }
 
+  void add_facet(std::uint32_t t, FittedSurfaces& out) const {
+    const Triangle& v = mesh_.triangles[t];
+    const std::array<Vec3, 3> corners{places_[v[0]], places_[v[1]], places_[v[2]]};
+    if (!(norm2(cross(corners[1] - corners[0], corners[2] - corners[0])) > 0)) return;
+    out.facets.push_back(t);
+    out.corners.push_back(corners);
+  }
+
   FittedSurfaces result(const Judgement& found, std::vector<std::vector<TrimLoop>> loops) const {
     FittedSurfaces out;
     out.tolerance_mm = terms_.tolerance_mm;
@@ -252,7 +280,7 @@ class Fitter {
       const double area = norm(normals_[t]) / 2;
       out.area_mm2 += area;
       if (charts_.chart[t] == kNoChart) {
-        if (area > 0) out.facets.push_back(t);
+        add_facet(t, out);
         continue;
       }
       FittedChart& chart = out.charts[charts_.chart[t]];
