@@ -52,6 +52,38 @@ CubicBasis CubicSpans::basis(double t) const {
   return b;
 }
 
+CubicTable::CubicTable(const CubicSpans& spans) : step_(spans.step), spans_(spans.spans) {
+  for (std::size_t s = 0; s < spans_.size(); ++s) {
+    const CubicBasis begin = spans.basis(static_cast<double>(s) * step_),
+                     middle = spans.basis((static_cast<double>(s) + 0.5) * step_);
+    // At a knot, rounding may give the span before; the middle decides, and the functions are smooth.
+    const std::size_t shift = middle.first - begin.first;
+    for (std::size_t i = 0; i < 4; ++i) {
+      auto& power = spans_[s][i];
+      const std::size_t k = i + shift;
+      power[0] = k < 4 ? begin.value[k] : 0;
+      power[1] = k < 4 ? begin.slope[k] * step_ : 0;
+      power[2] = k < 4 ? begin.bend[k] * step_ * step_ / 2 : 0;
+      // The second derivative is linear.
+      power[3] = (middle.bend[i] * step_ * step_ / 2 - power[2]) * 2 / 3;
+    }
+  }
+}
+
+CubicTable::Values CubicTable::at(double t) const {
+  const double place = t / step_;
+  const std::size_t span = !(place > 0) ? 0 : std::min(spans_.size() - 1, static_cast<std::size_t>(place));
+  const double x = place - static_cast<double>(span);
+  Values values;
+  values.first = span;
+  for (std::size_t i = 0; i < 4; ++i) {
+    const auto& p = spans_[span][i];
+    values.value[i] = ((p[3] * x + p[2]) * x + p[1]) * x + p[0];
+    values.slope[i] = ((3 * p[3] * x + 2 * p[2]) * x + p[1]) / step_;
+  }
+  return values;
+}
+
 std::vector<double> cubic_gram(const CubicSpans& spans, int order) {
   // Four Gauss points are exact up to degree seven; here six.
   constexpr double kPlace[] = {0.06943184420297371, 0.33000947820757187, 0.66999052179242813, 0.93056815579702629};

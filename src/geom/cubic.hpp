@@ -30,6 +30,23 @@ struct CubicSpans {
   CubicBasis basis(double t) const;
 };
 
+/// The same functions as polynomials of each span, for many evaluations.
+class CubicTable {
+ public:
+  CubicTable() = default;
+  explicit CubicTable(const CubicSpans& spans);
+  struct Values {
+    std::size_t first = 0;
+    std::array<double, 4> value, slope;
+  };
+  /// At t in [0, end].
+  Values at(double t) const;
+
+ private:
+  double step_ = 1;
+  std::vector<std::array<std::array<double, 4>, 4>> spans_;  // per span and function: powers of the place in the span
+};
+
 /// Integrals over [0, end] of the products of basis functions (order 0), slopes (1) or second derivatives (2):
 /// gram[4 i + d] is that of poles i and i + d.
 std::vector<double> cubic_gram(const CubicSpans& spans, int order);

@@ -59,7 +59,7 @@ void add_plate(const CubicSpans& u, const CubicSpans& v, double stiffness, const
 
 HeightField::Value HeightField::at(double pu, double pv) const {
   const double cu = std::clamp(pu, 0.0, u.end()), cv = std::clamp(pv, 0.0, v.end());
-  const CubicBasis bu = u.basis(cu), bv = v.basis(cv);
+  const CubicTable::Values bu = table_u_.at(cu), bv = table_v_.at(cv);
   Value value;
   for (std::size_t j = 0; j < 4; ++j) {
     const double* row = &heights[(bv.first + j) * u.poles() + bu.first];
@@ -89,7 +89,9 @@ HeightField::Foot HeightField::foot(Vec3 q) const {
     value = at(pu, pv);
     const Vec3 place{pu, pv, value.z};
     const double distance = norm(q - place);
+    const bool settled = distance > 0.98 * best.distance;
     if (distance < best.distance) best = {place, distance};
+    if (settled) break;
   }
   return best;
 }
@@ -100,10 +102,10 @@ HeightField fit_heights(const CubicSpans& u, const CubicSpans& v, std::span<cons
   add_points(u, v, points, order, system);
   add_plate(u, v, stiffness, order, system);
   const std::vector<double> solved = std::move(system).solve();
-  HeightField field{u, v, std::vector<double>(solved.size())};
+  std::vector<double> heights(solved.size());
   for (std::size_t j = 0; j < order.nv; ++j)
-    for (std::size_t i = 0; i < order.nu; ++i) field.heights[j * order.nu + i] = solved[order.row(i, j)];
-  return field;
+    for (std::size_t i = 0; i < order.nu; ++i) heights[j * order.nu + i] = solved[order.row(i, j)];
+  return HeightField(u, v, std::move(heights));
 }
 
 }  // namespace scanmill::surfaces

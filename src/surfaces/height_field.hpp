@@ -4,6 +4,7 @@
 #pragma once
 #include <cstdint>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "geom/cubic.hpp"
@@ -27,8 +28,12 @@ struct FitPoint {
 
 class HeightField {
  public:
+  HeightField() = default;
+  /// Heights of the poles, u fastest.
+  HeightField(const CubicSpans& along_u, const CubicSpans& along_v, std::vector<double> pole_heights)
+      : u(along_u), v(along_v), heights(std::move(pole_heights)), table_u_(u), table_v_(v) {}
   CubicSpans u, v;
-  std::vector<double> heights;  // poles, u fastest
+  std::vector<double> heights;
 
   /// Height and its slopes; beyond the domain the border's value goes on along its slope.
   struct Value {
@@ -41,6 +46,9 @@ class HeightField {
     double distance = 0;
   };
   Foot foot(Vec3 q) const;
+
+ private:
+  CubicTable table_u_, table_v_;
 };
 
 /// Least squares with a thin-plate term: the sum of weight (z - height)^2 plus `stiffness` times the integral of the

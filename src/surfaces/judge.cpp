@@ -21,17 +21,10 @@ double distance_to_loops(const std::vector<TrimLoop>& loops, Vec3 p) {
 
 /// Triangles within two rings of a chart's border.
 std::vector<std::uint8_t> near_borders(const Trimmed& on) {
-  std::vector<std::uint8_t> vertex(on.mesh.positions.size(), 0), triangle(on.mesh.triangles.size(), 0);
+  std::vector<std::uint8_t> vertex(on.mesh.positions.size(), 0);
   for (const Arc& arc : on.borders.arcs)
     for (const std::uint32_t v : arc.vertices) vertex[v] = 1;
-  for (int ring = 0; ring < 2; ++ring) {
-    for (std::size_t t = 0; t < triangle.size(); ++t)
-      for (const std::uint32_t v : on.mesh.triangles[t]) triangle[t] |= vertex[v];
-    for (std::size_t t = 0; t < triangle.size(); ++t)
-      if (triangle[t])
-        for (const std::uint32_t v : on.mesh.triangles[t]) vertex[v] = 1;
-  }
-  return triangle;
+  return triangles_around(on.mesh, std::move(vertex), 2);
 }
 
 double distance_in(const Trimmed& on, std::uint32_t chart, Vec3 p) {
@@ -84,6 +77,18 @@ void judge_borders(const Trimmed& on, std::vector<std::uint8_t>& bad_vertex, dou
 
 }  // namespace
 
+std::vector<std::uint8_t> triangles_around(const Mesh& mesh, std::vector<std::uint8_t> vertices, int rings) {
+  std::vector<std::uint8_t> triangle(mesh.triangles.size(), 0);
+  for (int ring = 0; ring < rings; ++ring) {
+    for (std::size_t t = 0; t < triangle.size(); ++t)
+      for (const std::uint32_t v : mesh.triangles[t]) triangle[t] |= vertices[v];
+    for (std::size_t t = 0; t < triangle.size(); ++t)
+      if (triangle[t])
+        for (const std::uint32_t v : mesh.triangles[t]) vertices[v] = 1;
+  }
+  return triangle;
+}
+
 Candidates candidates_of(const Mesh& mesh, const VertexCharts& around, std::uint32_t triangle) {
   Candidates found;
   for (const std::uint32_t v : mesh.triangles[triangle])
@@ -96,7 +101,8 @@ Candidates candidates_of(const Mesh& mesh, const VertexCharts& around, std::uint
   return found;
 }
 
-Judgement judge_charts(const Trimmed& on, const Context& context) {
+Judgement judge_charts(const Trimmed& on, const std::vector<std::uint8_t>& fresh, std::vector<double>& distance,
+                       const Context& context) {
   const std::size_t charts = on.charts.axis.size();
   Judgement found;
   found.cut.assign(on.mesh.triangles.size(), 0);
@@ -105,10 +111,9 @@ Judgement judge_charts(const Trimmed& on, const Context& context) {
   found.max_mm.assign(charts, 0);
   found.sum2.assign(charts, 0);
   const std::vector<std::uint8_t> near = near_borders(on);
-  std::vector<double> distance(on.samples.places.size(), 0);
   for_each_range(context, distance.size(), 4096, [&](std::size_t begin, std::size_t end) {
     for (std::size_t s = begin; s < end; ++s)
-      if (on.sample_chart[s] != kNoChart)
+      if (on.sample_chart[s] != kNoChart && fresh[on.samples.triangle[s]])
         distance[s] = distance_of(on, static_cast<std::uint32_t>(s), near[on.samples.triangle[s]] != 0);
   });
   for (std::size_t s = 0; s < distance.size(); ++s) {

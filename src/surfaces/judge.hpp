@@ -32,6 +32,9 @@ struct Trimmed {
   FitTerms terms;
 };
 
+/// Every triangle within `rings` rings of a vertex.
+std::vector<std::uint8_t> triangles_around(const Mesh& mesh, std::vector<std::uint8_t> vertices, int rings);
+
 struct Judgement {
   std::vector<std::uint8_t> cut;     // per triangle: must not be part of its chart
   std::vector<std::uint8_t> faulty;  // per chart: has such triangles
@@ -41,7 +44,9 @@ struct Judgement {
 };
 
 /// A chart without loops is cut whole.
-/// cost  samples near borders times sides of their charts' loops
-Judgement judge_charts(const Trimmed& trimmed, const Context& context);
+/// distance  per sample: measured anew where `fresh` says so of its triangle, else as it is
+/// cost      fresh samples near borders times sides of their charts' loops
+Judgement judge_charts(const Trimmed& trimmed, const std::vector<std::uint8_t>& fresh, std::vector<double>& distance,
+                       const Context& context);
 
 }  // namespace scanmill::surfaces

@@ -14,9 +14,10 @@ namespace {
 constexpr double kCrease = 0.96;       // cosine between a triangle and its vertex's mean normal
 constexpr double kMoved = 0.3;         // of the tolerance: nearer samples keep their chart
 constexpr double kSimplerBins = 0.02;  // what a polyline may leave of its border
-constexpr int kSmooth = 12, kJudgements = 8;
+constexpr int kSmooth = 12, kJudgements = 8, kStaleRings = 4;
 constexpr double kLeastBins = 3;     // area of a chart, bin faces
 constexpr std::size_t kEnough = 12;  // samples
+constexpr std::uint32_t kPerTriangle = 12;
 
 /// Samples by chart.
 struct Members {
@@ -52,6 +53,7 @@ class Fitter {
 
   Result<FittedSurfaces> run() {
     fill_empty_triangles();
+    thin();
     charts_ = cut_into_charts(mesh_, neighbours_, terms_.bin_mm);
     drop_small();
     renumber_charts(normals_, charts_);
@@ -82,6 +84,29 @@ class Fitter {
       samples_.places.push_back((mesh_.positions[c[0]] + mesh_.positions[c[1]] + mesh_.positions[c[2]]) * (1.0 / 3));
       samples_.triangle.push_back(t);
     }
+  }
+
+  /// Fits and first judgements use a few samples per triangle, evenly among its own; the last judgement all.
+  void thin() {
+    std::vector<std::uint32_t> count(mesh_.triangles.size(), 0), seen(mesh_.triangles.size(), 0);
+    for (const std::uint32_t t : samples_.triangle) ++count[t];
+    Samples few;
+    few.left_out = samples_.left_out;
+    for (std::size_t s = 0; s < samples_.places.size(); ++s) {
+      const std::uint32_t t = samples_.triangle[s], step = (count[t] + kPerTriangle - 1) / kPerTriangle;
+      if (seen[t]++ % step != 0) continue;
+      few.places.push_back(samples_.places[s]);
+      few.triangle.push_back(t);
+    }
+    all_ = std::move(samples_);
+    samples_ = std::move(few);
+  }
+  void judge_all() {
+    samples_ = std::move(all_);
+    sample_chart_.resize(samples_.places.size());
+    for (std::size_t s = 0; s < sample_chart_.size(); ++s) sample_chart_[s] = charts_.chart[samples_.triangle[s]];
+    hand_over();
+    distance_.clear();
   }
 
   /// Charts too small to be worth a surface become facets.
@@ -162,38 +187,28 @@ class Fitter {
 
   /// Trims, judges, and turns into facets what is not good enough, until nothing changes.
   Result<FittedSurfaces> settle() {
+    bool all = false;
     for (int round = 0;; ++round) {
       if (context_.cancel.is_set()) return fail(Code::Cancelled, "stopped on request");
       around_ = charts_around(mesh_, charts_.chart);
       borders_ = borders_of(mesh_, neighbours_, charts_);
       std::vector<std::vector<TrimLoop>> loops = trim();
+      const std::vector<std::uint8_t> fresh = changed_triangles();
       const Judgement found = judge_charts(
-          {mesh_, charts_, around_, borders_, fits_, samples_, sample_chart_, places_, keep_, loops, terms_}, context_);
+          {mesh_, charts_, around_, borders_, fits_, samples_, sample_chart_, places_, keep_, loops, terms_}, fresh,
+          distance_, context_);
       std::vector<std::uint8_t> cut = found.cut;
-      if (getenv("DBG")) {
-        size_t n = 0, e = 0;
-        for (auto x : cut) n += x;
-        for (auto& l : loops) e += l.empty();
-        size_t m = 0;
-        for (auto hh : held_) m += hh > 0;
-        fprintf(stderr, "round %d charts %zu cut %zu no loops %zu held %zu gap %g\n", round, loops.size(), n, e, m,
-                found.gap_mm);
-        for (size_t c = 0; c < loops.size(); ++c) {
-          size_t k = 0, tt = 0;
-          for (size_t t = 0; t < cut.size(); ++t)
-            if (charts_.chart[t] == c) {
-              ++tt;
-              k += cut[t];
-            }
-          fprintf(stderr, "   chart %zu tri %zu cut %zu loops %zu max %g poles %zux%zu\n", c, tt, k, loops[c].size(),
-                  found.max_mm[c], fits_[c].field.u.poles(), fits_[c].field.v.poles());
-        }
-      }
       if (round + 1 >= kJudgements)  // what still has a fault goes whole
         for (std::size_t t = 0; t < cut.size(); ++t)
           if (charts_.chart[t] != kNoChart && found.faulty[charts_.chart[t]]) cut[t] = 1;
-      if (std::find(cut.begin(), cut.end(), 1) == cut.end()) return result(found, std::move(loops));
-      take_out(cut);
+      if (std::find(cut.begin(), cut.end(), 1) != cut.end()) {
+        take_out(cut);
+      } else {
+        if (all) return result(found, std::move(loops));
+        all = true;
+        judge_all();
+        round = -1;
+      }
     }
   }
 
@@ -234,6 +249,28 @@ class Fitter {
       for (const Uv& p : loop.parameters)
         if (p.u < 0 || p.v < 0 || p.u > fits_[chart].field.u.end() || p.v > fits_[chart].field.v.end()) return false;
     return true;
+  }
+
+  /// Around all borders that are not what they were when this was last asked; at first every triangle.
+  std::vector<std::uint8_t> changed_triangles() {
+    const bool first = distance_.size() != samples_.places.size();
+    distance_.resize(samples_.places.size());
+    std::vector<std::uint8_t> vertex(mesh_.positions.size(), 0);
+    for (std::size_t t = 0; t < mesh_.triangles.size() && !first; ++t)
+      if (charts_.chart[t] == kNoChart && judged_chart_[t] != kNoChart)
+        for (const std::uint32_t v : mesh_.triangles[t]) vertex[v] = 1;
+    for (const Arc& arc : borders_.arcs) {
+      if (first) break;
+      if (std::any_of(arc.vertices.begin(), arc.vertices.end(), [&](std::uint32_t v) {
+            return !(places_[v] == judged_places_[v]) || keep_[v] != judged_keep_[v];
+          }))
+        for (const std::uint32_t v : arc.vertices) vertex[v] = 1;
+    }
+    judged_chart_ = charts_.chart;
+    judged_places_ = places_;
+    judged_keep_ = keep_;
+    if (first) return std::vector<std::uint8_t>(mesh_.triangles.size(), 1);
+    return triangles_around(mesh_, std::move(vertex), kStaleRings);
   }
 
   /// Takes triangles out of their charts; what comes apart keeps the surface it had.
@@ -305,7 +342,7 @@ class Fitter {
   }
 
   const Mesh& mesh_;
-  Samples samples_;
+  Samples samples_, all_;
   FitTerms terms_;
   const Context& context_;
   std::vector<std::uint32_t> neighbours_;
@@ -316,7 +353,10 @@ class Fitter {
   std::vector<std::uint8_t> crease_, held_, keep_;
   std::vector<std::uint32_t> sample_chart_;
   std::vector<ChartFit> fits_;
-  std::vector<Vec3> places_;
+  std::vector<Vec3> places_, judged_places_;
+  std::vector<std::uint32_t> judged_chart_;
+  std::vector<std::uint8_t> judged_keep_;
+  std::vector<double> distance_;
 };
 
 /// The greatest power of ten up to a thousandth of the bin.
