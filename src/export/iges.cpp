@@ -43,28 +43,16 @@ double resolution_of(const Mesh& mesh, const IgesOptions& options) {
 void put_global(const Mesh& mesh, const IgesOptions& options, IgesHeader& global) {
   double largest = 0;
   for (const Vec3& p : mesh.positions) largest = std::max({largest, std::abs(p.x), std::abs(p.y), std::abs(p.z)});
-  // A date is wanted; a fixed one keeps equal meshes equal files.
-  constexpr std::string_view kDate = "20000101.000000";
-  global.record([&](IgesHeader& record) {
-    record.text("1H,");
-    record.text("1H;");
-    for (const char* name : {"scanmill mesh", "mesh.igs", "scanmill", "scanmill"}) record.hollerith(name);
-    for (const int digits : {32, 38, 7, 308, 15}) record.integer(digits);
-    record.hollerith("scanmill mesh");
-    record.text("1.");  // scale
-    record.integer(2);  // millimetres
-    record.hollerith("MM");
-    record.integer(1);  // line weights
-    record.text("0.01");
-    record.hollerith(kDate);
-    record.real(iges_real(resolution_of(mesh, options)));
-    record.real(iges_real(largest));
-    record.hollerith("scanmill");
-    record.text("");
-    record.integer(11);  // IGES 5.3
-    record.integer(0);   // no drafting standard
-    record.hollerith(kDate);
-  });
+  put_iges_global(global, "mesh", resolution_of(mesh, options), largest);
+}
+
+/// The fit of each surface, for whoever opens the file in an editor.
+void put_fit(const FittedSurfaces& fitted, IgesHeader& start) {
+  auto mm = [&](double value) { return number_text(std::floor(value / fitted.quantum_mm + 0.5) * fitted.quantum_mm); };
+  start.free_text("tolerance_mm " + number_text(fitted.tolerance_mm) + ", gap_mm " + mm(fitted.gap_mm));
+  for (std::size_t c = 0; c < fitted.charts.size(); ++c)
+    start.free_text("surface_" + std::to_string(c) + " max_mm " + mm(fitted.charts[c].max_mm) + " rms_mm " +
+                    mm(fitted.charts[c].rms_mm) + " points " + std::to_string(fitted.charts[c].samples));
 }
 
 Error too_many_lines(const IgesPlan& plan, std::uint64_t directory, std::uint64_t parameters, const std::string& name) {
@@ -112,6 +100,7 @@ Result<IgesCounts> write_iges(const Mesh& mesh, const IgesOptions& options, Byte
   if (!(mesh.offset == Vec3{}))
     start.free_text("offset_mm " + number_text(mesh.offset.x) + " " + number_text(mesh.offset.y) + " " +
                     number_text(mesh.offset.z));
+  if (options.style == IgesStyle::Surfaces) put_fit(*options.surfaces, start);
   put_global(mesh, options, global);
   counts.bytes = 81 * (start.lines() + global.lines() + counts.directory_lines + counts.parameter_lines + 1);
   if (options.forecast_only) return counts;

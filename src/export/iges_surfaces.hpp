@@ -2,6 +2,7 @@
 // Entities of fitted surfaces, and the choice among the styles. Coordinates are multiples of the surfaces' quantum, so
 // they are written with that many digits.
 #pragma once
+#include "export/iges_curves.hpp"
 #include "export/iges_entities.hpp"
 
 namespace scanmill::exporting {
@@ -19,26 +20,6 @@ inline int iges_decimals(double quantum) {
 template <class Record>
 void put_place(Record& record, Vec3 p, int decimals) {
   for (const double c : {p.x, p.y, p.z}) record.real(iges_fixed(c, decimals));
-}
-
-/// A polyline (126 of degree 1), its knots 0, 1, 2 ...; a closed one repeats its first place. `room` is called every
-/// few bytes.
-template <class Record, class Place, class Room>
-void put_polyline(Record& record, std::size_t count, bool closed, bool planar, Place&& place, Room&& room) {
-  const std::size_t poles = closed ? count + 1 : count;
-  record.integer(126);
-  record.integer(static_cast<std::int64_t>(poles) - 1);
-  record.integer(1);                                                                   // degree
-  for (const int word : {planar ? 1 : 0, closed ? 1 : 0, 1, 0}) record.integer(word);  // polynomial; not periodic
-  auto knot = [&](std::size_t k) { record.text(std::to_string(k) + "."); };
-  knot(0);
-  for (std::size_t k = 0; k < poles; ++k) knot(k), room();
-  knot(poles - 1);
-  for (std::size_t k = 0; k < poles; ++k) record.text("1."), room();  // weights
-  for (std::size_t k = 0; k < poles; ++k) place(k == count ? 0 : k), room();
-  knot(0);
-  knot(poles - 1);
-  for (const char* c : {"0.", "0.", planar ? "1." : "0."}) record.text(c);  // normal of a planar one
 }
 
 template <class Record>
@@ -79,7 +60,7 @@ Result<void> emit_chart(const IgesPlan& plan, Out& out, std::uint32_t number, in
     const TrimLoop& loop = chart.loops[l];
     out.entity({126, 0, kPart2d}, [&](auto& record) {
       put_polyline(
-          record, loop.parameters.size(), true, true,
+          record, loop.parameters.size(), true, Vec3{0, 0, 1},
           [&](std::size_t k) {
             put_place(record, {loop.parameters[k].u, loop.parameters[k].v, 0}, decimals);
           },
@@ -88,8 +69,8 @@ Result<void> emit_chart(const IgesPlan& plan, Out& out, std::uint32_t number, in
     TRY(done);
     out.entity({126, 0, kPart}, [&](auto& record) {
       put_polyline(
-          record, loop.places.size(), true, false, [&](std::size_t k) { put_place(record, loop.places[k], decimals); },
-          room);
+          record, loop.places.size(), true, std::nullopt,
+          [&](std::size_t k) { put_place(record, loop.places[k], decimals); }, room);
     });
     TRY(done);
     out.entity({142, 0, kPart}, [&](auto& record) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The finished mesh, swapped and judged.
 #pragma once
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -36,6 +37,10 @@ struct SectionResults {
   std::vector<Section> sections;   // those the job asks for
   std::vector<std::string> notes;  // of those that could not be had
 };
+
+/// `points` without those of dropped pieces; all three must outlive it.
+std::unique_ptr<PointSource> without_strays(const MeshedSurface& surface, const reduce::ReducedCloud& cloud,
+                                            const PointSource& points);
 
 /// Cuts the mesh where the job says, with the same points as measure_fit. `worst`: where the fit is worst.
 Result<SectionResults> measure_sections(const MeshedSurface& surface, const reduce::ReducedCloud& cloud,

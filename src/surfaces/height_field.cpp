@@ -22,8 +22,9 @@ struct Order {
 
 void add_points(const CubicSpans& u, const CubicSpans& v, std::span<const FitPoint> points, const Order& order,
                 BandedSystem& system) {
+  const CubicTable table_u(u), table_v(v);
   for (const FitPoint& point : points) {
-    const CubicBasis bu = u.basis(point.local.x), bv = v.basis(point.local.y);
+    const CubicTable::Values bu = table_u.at(point.local.x), bv = table_v.at(point.local.y);
     std::array<double, 16> values{};
     std::array<std::size_t, 16> rows{};
     for (std::size_t j = 0; j < 4; ++j)
