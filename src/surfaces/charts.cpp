@@ -10,12 +10,15 @@
 namespace scanmill::surfaces {
 namespace {
 
-constexpr double kBend = 0.64;       // cosine of the bend a chart may have
+constexpr double kBend = 0.72;       // cosine of the bend a chart may have: less than half a right angle
 constexpr double kFacing = 0.2;      // cosine at which a triangle cannot be part of a height field
 constexpr double kBentBins = 6;      // bent area that asks for another seed, bin faces
 constexpr double kReachBins = 30;    // distance from a proxy's centre that counts as much as ...
 constexpr double kReachCost = 0.05;  // ... this much of |n - axis|^2
-constexpr int kRounds = 12, kSettle = 4;
+constexpr double kAlike = 0.9;       // cosine between the axes of charts that may be joined
+constexpr double kFlat = 0.95;       // length of the mean normal of both together
+constexpr double kNarrowBins = 0.9;  // area over border length
+constexpr int kRounds = 12, kLastRounds = 3, kSettle = 4;
 
 struct Proxy {
   Vec3 axis, centre;
@@ -115,6 +118,76 @@ bool add_seeds(const Flood& flood, const std::vector<std::uint32_t>& chart, cons
   for (std::size_t c = 0; c < before; ++c)
     if (bent[c] > kBentBins * bin_mm * bin_mm) proxies.push_back(flood.at(at[c]));
   return proxies.size() > before;
+}
+
+/// Joins neighbouring charts, the most alike first, as long as both together are nearly flat: more seeds may have been
+/// needed on the way than are in the end.
+void join_alike(const std::vector<std::uint32_t>& neighbours, const std::vector<Vec3>& normals,
+                const std::vector<std::uint32_t>& chart, std::vector<Proxy>& proxies) {
+  std::vector<Vec3> sum(proxies.size());
+  std::vector<double> area(proxies.size(), 0);
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs;
+  for (std::uint32_t t = 0; t < chart.size(); ++t) {
+    if (chart[t] == kNoChart) continue;
+    sum[chart[t]] += normals[t];
+    area[chart[t]] += norm(normals[t]);
+    for (std::size_t e = 0; e < 3; ++e) {
+      const std::uint32_t other = neighbours[3 * t + e];
+      if (other != kNoTriangle && chart[other] != kNoChart && chart[other] > chart[t])
+        pairs.emplace_back(chart[t], chart[other]);
+    }
+  }
+  std::sort(pairs.begin(), pairs.end());
+  pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
+  Groups groups(proxies.size());
+  for (;;) {
+    double most = kAlike;
+    std::pair<std::uint32_t, std::uint32_t> best{0, 0};
+    for (const auto& [a, b] : pairs) {
+      const std::uint32_t x = groups.root(a), y = groups.root(b);
+      if (x == y) continue;
+      const double alike = dot(unit(sum[x]), unit(sum[y]));
+      if (alike > most && norm(sum[x] + sum[y]) > kFlat * (area[x] + area[y])) most = alike, best = {x, y};
+    }
+    if (best.first == best.second) break;
+    const auto [x, y] = best;
+    groups.join(x, y);
+    const std::uint32_t root = groups.root(x), gone = root == x ? y : x;
+    sum[root] += sum[gone];
+    area[root] += area[gone];
+    // The larger one's seed floods both.
+    if (area[root] < 2 * area[gone]) proxies[root].seed = proxies[gone].seed;
+    proxies[root].axis = unit(sum[root]);
+  }
+  std::vector<Proxy> left;
+  for (std::uint32_t c = 0; c < proxies.size(); ++c)
+    if (groups.root(c) == c && area[c] > 0) left.push_back(proxies[c]);
+  proxies = std::move(left);
+}
+
+/// Takes the seeds of narrow charts away: a strip along a crease, whose triangles cut the crease off, stands for no
+/// surface. Tells whether there was one.
+bool drop_strips(const Mesh& mesh, const std::vector<std::uint32_t>& neighbours, const std::vector<Vec3>& normals,
+                 const std::vector<std::uint32_t>& chart, double bin_mm, std::vector<Proxy>& proxies) {
+  std::vector<double> area(proxies.size(), 0), border(proxies.size(), 0);
+  std::vector<std::uint8_t> alone(proxies.size(), 1);
+  for (std::uint32_t t = 0; t < chart.size(); ++t) {
+    if (chart[t] == kNoChart) continue;
+    area[chart[t]] += norm(normals[t]) / 2;
+    for (std::size_t e = 0; e < 3; ++e) {
+      const std::uint32_t other = neighbours[3 * t + e];
+      if (other != kNoTriangle && chart[other] == chart[t]) continue;
+      const Triangle& c = mesh.triangles[t];
+      border[chart[t]] += norm(mesh.positions[c[(e + 1) % 3]] - mesh.positions[c[e]]);
+      if (other != kNoTriangle && chart[other] != kNoChart) alone[chart[t]] = 0;
+    }
+  }
+  std::vector<Proxy> left;
+  for (std::size_t c = 0; c < proxies.size(); ++c)
+    if (alone[c] || area[c] > kNarrowBins * bin_mm * border[c]) left.push_back(proxies[c]);
+  const bool dropped = left.size() < proxies.size() && !left.empty();
+  if (dropped) proxies = std::move(left);
+  return dropped;
 }
 
 /// Pieces of charts by edges.
@@ -239,6 +312,14 @@ Charts cut_into_charts(const Mesh& mesh, const std::vector<std::uint32_t>& neigh
       flood.measure(charts.chart, proxies);
     }
     if (!more) break;
+  }
+  join_alike(neighbours, normals, charts.chart, proxies);
+  for (int round = 0; round < kRounds; ++round) {
+    for (int again = 0; again < kLastRounds; ++again) {
+      charts.chart = flood.run(proxies);
+      flood.measure(charts.chart, proxies);
+    }
+    if (!drop_strips(mesh, neighbours, normals, charts.chart, bin_mm, proxies)) break;
   }
   settle_charts(mesh, neighbours, normals, charts);
   return charts;

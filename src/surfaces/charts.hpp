@@ -20,7 +20,7 @@ struct Charts {
 std::vector<Vec3> area_normals(const Mesh& mesh);
 
 /// Planar proxies (normal and centre) flood the mesh from seeds, are measured and flood again; where a chart bends by
-/// more than about 50 degrees over more than a few triangles it gets another seed. Pieces that hang together by a
+/// more than about 40 degrees over more than a few triangles it gets another seed. Pieces that hang together by a
 /// vertex only are parted. Charts by least triangle. Triangles without area, and those that still face away from their
 /// chart's axis, belong to none.
 /// rule    costs, then triangle, then chart number decide; no dependence on threads

@@ -103,7 +103,10 @@ std::vector<std::uint8_t> needed_vertices(const Borders& borders, const VertexCh
     for (const std::uint32_t v : run)
       if (at_facets(around, v)) keep[v] = 1;
     keep[run.front()] = keep[run.back()] = 1;
-    if (run.front() == run.back()) keep[run[run.size() / 3]] = keep[run[2 * run.size() / 3]] = 1;
+    if (run.front() == run.back())  // of a ring also what lies farthest from its beginning
+      keep[*std::max_element(run.begin(), run.end(), [&](std::uint32_t a, std::uint32_t b) {
+        return norm2(places[a] - places[run[0]]) < norm2(places[b] - places[run[0]]);
+      })] = 1;
     std::size_t begin = 0;
     for (std::size_t k = 1; k < run.size(); ++k)
       if (keep[run[k]]) keep_between(run, begin, k, places, tolerance2, keep), begin = k;

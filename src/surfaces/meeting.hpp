@@ -19,7 +19,7 @@ std::vector<Vec3> meet(const Mesh& mesh, const Borders& borders, const VertexCha
                        const FitTerms& terms);
 
 /// Which vertices of the arcs a polyline needs to stay within `tolerance_mm` of all; nodes and vertices of facets
-/// always stay, and of a ring three at least. source  D. Douglas, T. Peucker (1973)
+/// always stay, and of a loop three at least. source  D. Douglas, T. Peucker (1973)
 std::vector<std::uint8_t> needed_vertices(const Borders& borders, const VertexCharts& around,
                                           const std::vector<Vec3>& places, double tolerance_mm);
 
