@@ -243,6 +243,22 @@ bool part_fans(const Mesh& mesh, const std::vector<std::uint32_t>& neighbours, s
 
 }  // namespace
 
+std::vector<std::uint32_t> opposite_triangles(const Mesh& mesh) {
+  const std::vector<std::uint32_t> across = edge_neighbours(mesh.positions.size(), mesh.triangles);
+  std::vector<std::uint32_t> opposite(across.size(), kNoTriangle);
+  auto twice = [&](const Triangle& t) { return t[0] == t[1] || t[1] == t[2] || t[2] == t[0]; };
+  for (std::uint32_t h = 0; h < across.size(); ++h) {
+    const std::uint32_t other = across[h];
+    if (other == kNoTriangle || other == h / 3) continue;
+    const Triangle &t = mesh.triangles[h / 3], &o = mesh.triangles[other];
+    if (twice(t) || twice(o)) continue;
+    for (std::uint32_t e = 0; e < 3; ++e)
+      if (o[e] == t[(h % 3 + 1) % 3] && o[(e + 1) % 3] == t[h % 3] && across[3 * other + e] == h / 3)
+        opposite[h] = other;
+  }
+  return opposite;
+}
+
 std::vector<Vec3> area_normals(const Mesh& mesh) {
   std::vector<Vec3> normals;
   normals.reserve(mesh.triangles.size());

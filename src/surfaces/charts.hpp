@@ -16,6 +16,10 @@ struct Charts {
   std::vector<Vec3> axis;            // per chart: unit, every triangle's normal has a positive part along it
 };
 
+/// Triangles across edges (3 t + corner) that run the other way there, so that walks around vertices end; kNoTriangle
+/// where there is none, several, one of the same direction or one that names a vertex twice.
+std::vector<std::uint32_t> opposite_triangles(const Mesh& mesh);
+
 /// Normals of the triangles, not of unit length: twice the area.
 std::vector<Vec3> area_normals(const Mesh& mesh);
 

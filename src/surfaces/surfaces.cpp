@@ -48,7 +48,7 @@ class Fitter {
         samples_(std::move(samples)),
         terms_(terms),
         context_(context),
-        neighbours_(edge_neighbours(mesh.positions.size(), mesh.triangles)),
+        neighbours_(opposite_triangles(mesh)),
         normals_(area_normals(mesh)) {}
 
   Result<FittedSurfaces> run() {
