@@ -182,7 +182,7 @@ void add_tool_commands(CLI::App& app, Options& options) {
   convert.add_flag("--points", options.as_points, "Take the vertices of a mesh as a cloud.");
   convert.add_flag("--ascii", options.form.ascii, "STL as text.");
   convert.add_option("--style", options.form.style,
-                     "IGES: brep (default), trimmed, patches, wire; DXF: faces (default), polyface.");
+                     "IGES: brep (default), trimmed, patches, wire, surfaces; DXF: faces (default), polyface.");
   options.cloud.add_to(convert, {""});
   CLI::App& audit =
       command(app, options, "audit",

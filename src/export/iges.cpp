@@ -6,20 +6,21 @@
 
 #include "base/text.hpp"
 #include "export/comparing_sink.hpp"
-#include "export/iges_entities.hpp"
 #include "export/iges_lines.hpp"
 #include "export/iges_plan.hpp"
+#include "export/iges_surfaces.hpp"
 
 namespace scanmill::exporting {
 namespace {
 
-constexpr std::string_view kStyles[] = {"brep", "trimmed", "patches", "wire"};
+constexpr std::string_view kStyles[] = {"brep", "trimmed", "patches", "wire", "surfaces"};
 // Lines per triangle of the fuller section, of a large closed mesh (half a vertex and one and a half edges each).
-constexpr double kLinesPerTriangle[] = {12, 14, 5, 3};
+constexpr double kLinesPerTriangle[] = {12, 14, 5, 3, 0.3};
 
 /// What the receiver is to take for equal: a ten-thousandth of the bin (of the mean edge where no bin is known), never
 /// above a tenth of the shortest edge, as a power of ten.
 double resolution_of(const Mesh& mesh, const IgesOptions& options) {
+  if (options.style == IgesStyle::Surfaces) return options.surfaces->quantum_mm;
   double least2 = 0, sum = 0;
   std::uint64_t edges = 0;
   for (const Triangle& t : mesh.triangles)
@@ -42,28 +43,16 @@ double resolution_of(const Mesh& mesh, const IgesOptions& options) {
 void put_global(const Mesh& mesh, const IgesOptions& options, IgesHeader& global) {
   double largest = 0;
   for (const Vec3& p : mesh.positions) largest = std::max({largest, std::abs(p.x), std::abs(p.y), std::abs(p.z)});
-  // A date is wanted; a fixed one keeps equal meshes equal files.
-  constexpr std::string_view kDate = "20000101.000000";
-  global.record([&](IgesHeader& record) {
-    record.text("1H,");
-    record.text("1H;");
-    for (const char* name : {"scanmill mesh", "mesh.igs", "scanmill", "scanmill"}) record.hollerith(name);
-    for (const int digits : {32, 38, 7, 308, 15}) record.integer(digits);
-    record.hollerith("scanmill mesh");
-    record.text("1.");  // scale
-    record.integer(2);  // millimetres
-    record.hollerith("MM");
-    record.integer(1);  // line weights
-    record.text("0.01");
-    record.hollerith(kDate);
-    record.real(iges_real(resolution_of(mesh, options)));
-    record.real(iges_real(largest));
-    record.hollerith("scanmill");
-    record.text("");
-    record.integer(11);  // IGES 5.3
-    record.integer(0);   // no drafting standard
-    record.hollerith(kDate);
-  });
+  put_iges_global(global, "mesh", resolution_of(mesh, options), largest);
+}
+
+/// The fit of each surface, for whoever opens the file in an editor.
+void put_fit(const FittedSurfaces& fitted, IgesHeader& start) {
+  auto mm = [&](double value) { return number_text(std::floor(value / fitted.quantum_mm + 0.5) * fitted.quantum_mm); };
+  start.free_text("tolerance_mm " + number_text(fitted.tolerance_mm) + ", gap_mm " + mm(fitted.gap_mm));
+  for (std::size_t c = 0; c < fitted.charts.size(); ++c)
+    start.free_text("surface_" + std::to_string(c) + " max_mm " + mm(fitted.charts[c].max_mm) + " rms_mm " +
+                    mm(fitted.charts[c].rms_mm) + " points " + std::to_string(fitted.charts[c].samples));
 }
 
 Error too_many_lines(const IgesPlan& plan, std::uint64_t directory, std::uint64_t parameters, const std::string& name) {
@@ -79,7 +68,7 @@ Error too_many_lines(const IgesPlan& plan, std::uint64_t directory, std::uint64_
   const std::uint64_t fitting =
       static_cast<std::uint64_t>(static_cast<double>(kIgesLines) / kLinesPerTriangle[style]) / 1000 * 1000;
   sentence += ": choose a larger bin (about " + grouped(fitting) + " triangles fit)";
-  for (const std::size_t other : {std::size_t{2}, std::size_t{3}})
+  for (const std::size_t other : {std::size_t{2}, std::size_t{3}, std::size_t{4}})
     if (other != style && fits(other)) sentence += ", style " + std::string(kStyles[other]);
   return fail(Code::Unsupported, sentence + ", or 3mf, stl or ply", name);
 }
@@ -111,6 +100,7 @@ Result<IgesCounts> write_iges(const Mesh& mesh, const IgesOptions& options, Byte
   if (!(mesh.offset == Vec3{}))
     start.free_text("offset_mm " + number_text(mesh.offset.x) + " " + number_text(mesh.offset.y) + " " +
                     number_text(mesh.offset.z));
+  if (options.style == IgesStyle::Surfaces) put_fit(*options.surfaces, start);
   put_global(mesh, options, global);
   counts.bytes = 81 * (start.lines() + global.lines() + counts.directory_lines + counts.parameter_lines + 1);
   if (options.forecast_only) return counts;

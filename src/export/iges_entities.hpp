@@ -39,7 +39,7 @@ void emit_heads(const IgesPlan& plan, Out& out) {
     out.entity({406, 15, kProperty, 0, 0, "NAME", plan.patches[p].id}, [&](auto& record) {
       record.integer(406);
       record.integer(1);
-      record.text(iges_hollerith("patch_" + std::to_string(plan.patches[p].id)));
+      record.text(iges_hollerith(plan.patches[p].name));
     });
 }
 
@@ -171,24 +171,32 @@ Result<void> emit_brep(const IgesPlan& plan, Out& out) {
   return emit_shells(plan, out);
 }
 
+/// A surface of degrees 1 and 1 whose four poles `poles` puts.
+template <class Record, class Poles>
+void put_flat(Record& record, Poles&& poles) {
+  for (const int n : {128, 1, 1, 1, 1, 0, 0, 1, 0, 0}) record.integer(n);  // degrees 1, 1; polynomial; open
+  for (int direction = 0; direction < 2; ++direction)
+    for (const char* knot : {"0.", "0.", "1.", "1."}) record.text(knot);
+  for (int pole = 0; pole < 4; ++pole) record.text("1.");  // weights
+  poles();
+  for (const char* bound : {"0.", "1.", "0.", "1."}) record.text(bound);
+}
+
 /// A plane patch with the corners a, b, d, c: b + c - a is d for a trimmed face, c for a face that ends there.
 template <class Out>
 void emit_bilinear(const IgesPlan& plan, Out& out, const IgesEntry& entry, const Triangle& t, bool degenerate) {
   out.entity(entry, [&](auto& record) {
-    for (const int n : {128, 1, 1, 1, 1, 0, 0, 1, 0, 0}) record.integer(n);  // degrees 1, 1; polynomial; open
-    for (int direction = 0; direction < 2; ++direction)
-      for (const char* knot : {"0.", "0.", "1.", "1."}) record.text(knot);
-    for (int pole = 0; pole < 4; ++pole) record.text("1.");  // weights
-    put_position(record, plan, t[0]);
-    put_position(record, plan, t[1]);
-    put_position(record, plan, t[2]);
-    if (degenerate) {
+    put_flat(record, [&] {
+      put_position(record, plan, t[0]);
+      put_position(record, plan, t[1]);
       put_position(record, plan, t[2]);
-    } else {
-      const Vec3 d = plan.mesh.positions[t[1]] + plan.mesh.positions[t[2]] - plan.mesh.positions[t[0]];
-      for (const double c : {d.x, d.y, d.z}) record.real(iges_real(c));
-    }
-    for (const char* bound : {"0.", "1.", "0.", "1."}) record.text(bound);
+      if (degenerate) {
+        put_position(record, plan, t[2]);
+      } else {
+        const Vec3 d = plan.mesh.positions[t[1]] + plan.mesh.positions[t[2]] - plan.mesh.positions[t[0]];
+        for (const double c : {d.x, d.y, d.z}) record.real(iges_real(c));
+      }
+    });
   });
 }
 
@@ -229,21 +237,24 @@ Result<void> emit_trimmed(const IgesPlan& plan, Out& out) {
 }
 
 template <class Out>
+Result<void> emit_group(const IgesPlan& plan, Out& out, std::uint32_t p) {
+  Result<void> done;
+  out.entity(plan.entry(402, 7, kRoot, p), [&](auto& record) {
+    record.integer(402);
+    record.integer(static_cast<std::int64_t>(plan.patches[p].members.size()));
+    for (const std::uint64_t member : plan.patches[p].members) {
+      record.pointer(member);
+      done = out.flush_when_full();
+      if (!done.ok()) return;
+    }
+    put_name(record, plan, p);
+  });
+  return done;
+}
+
+template <class Out>
 Result<void> emit_groups(const IgesPlan& plan, Out& out) {
-  for (std::uint32_t p = 0; p < plan.patches.size(); ++p) {
-    Result<void> done;
-    out.entity(plan.entry(402, 7, kRoot, p), [&](auto& record) {
-      record.integer(402);
-      record.integer(static_cast<std::int64_t>(plan.patches[p].members.size()));
-      for (const std::uint64_t member : plan.patches[p].members) {
-        record.pointer(member);
-        done = out.flush_when_full();
-        if (!done.ok()) return;
-      }
-      put_name(record, plan, p);
-    });
-    TRY(done);
-  }
+  for (std::uint32_t p = 0; p < plan.patches.size(); ++p) TRY(emit_group(plan, out, p));
   return {};
 }
 
@@ -265,22 +276,6 @@ Result<void> emit_wire(const IgesPlan& plan, Out& out) {
     TRY(out.flush_when_full());
   }
   return emit_groups(plan, out);
-}
-
-template <class Out>
-Result<void> emit_iges(const IgesPlan& plan, Out& out) {
-  emit_heads(plan, out);
-  switch (plan.options.style) {
-    case IgesStyle::Brep:
-      return emit_brep(plan, out);
-    case IgesStyle::Trimmed:
-      return emit_trimmed(plan, out);
-    case IgesStyle::Patches:
-      return emit_patches(plan, out);
-    case IgesStyle::Wire:
-      return emit_wire(plan, out);
-  }
-  return {};
 }
 
 }  // namespace scanmill::exporting

@@ -104,6 +104,34 @@ void IgesHeader::line_end(std::size_t used) {
   put_sequence(out_, letter_, ++line_);
 }
 
+void put_iges_global(IgesHeader& global, std::string_view what, double resolution_mm, double largest_mm) {
+  // A date is wanted; a fixed one keeps equal meshes equal files.
+  constexpr std::string_view kDate = "20000101.000000";
+  const std::string product = "scanmill " + std::string(what), file = std::string(what) + ".igs";
+  global.record([&](IgesHeader& record) {
+    record.text("1H,");
+    record.text("1H;");
+    for (const std::string_view name : {std::string_view(product), std::string_view(file), std::string_view("scanmill"),
+                                        std::string_view("scanmill")})
+      record.hollerith(name);
+    for (const int digits : {32, 38, 7, 308, 15}) record.integer(digits);
+    record.hollerith(product);
+    record.text("1.");  // scale
+    record.integer(2);  // millimetres
+    record.hollerith("MM");
+    record.integer(1);  // line weights
+    record.text("0.01");
+    record.hollerith(kDate);
+    record.real(iges_real(resolution_mm));
+    record.real(iges_real(largest_mm));
+    record.hollerith("scanmill");
+    record.text("");
+    record.integer(11);  // IGES 5.3
+    record.integer(0);   // no drafting standard
+    record.hollerith(kDate);
+  });
+}
+
 void put_iges_terminate(TextBuffer& out, std::uint64_t start, std::uint64_t global, std::uint64_t directory,
                         std::uint64_t parameters) {
   const std::pair<char, std::uint64_t> sections[] = {{'S', start}, {'G', global}, {'D', directory}, {'P', parameters}};

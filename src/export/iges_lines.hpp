@@ -162,6 +162,8 @@ class IgesHeader : public IgesRecord<IgesHeader> {
   std::uint64_t line_ = 0;
 };
 
+/// The global section: mm, IGES 5.3, a fixed date; `what` is the product and the file's name ("mesh": mesh.igs).
+void put_iges_global(IgesHeader& global, std::string_view what, double resolution_mm, double largest_mm);
 /// `nH...` of a parameter.
 std::string iges_hollerith(std::string_view text);
 /// The one line of the terminate section.

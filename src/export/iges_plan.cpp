@@ -20,7 +20,7 @@ void find_patches(IgesPlan& plan) {
   ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
   if (ids.empty()) ids.assign(1, 0);
   plan.patches.resize(ids.size());
-  for (std::size_t i = 0; i < ids.size(); ++i) plan.patches[i].id = ids[i];
+  for (std::size_t i = 0; i < ids.size(); ++i) plan.patches[i] = {ids[i], "patch_" + std::to_string(ids[i]), {}};
   plan.patch_of.assign(mesh.triangles.size(), 0);
   for (std::size_t t = 0; t < mesh.patch.size(); ++t)
     plan.patch_of[t] =
@@ -61,6 +61,23 @@ void fill_groups(IgesPlan& plan) {
       plan.patches[plan.patch_of[triangle]].members.push_back(entity++);
 }
 
+/// A level, colour and name per chart, and for the facets.
+void plan_surfaces(IgesPlan& plan) {
+  const FittedSurfaces& fitted = *plan.options.surfaces;
+  plan.patches.clear();
+  plan.first_of_chart.assign(1, 0);
+  for (std::uint32_t c = 0; c < fitted.charts.size(); ++c) {
+    plan.patches.push_back({c, "surface_" + std::to_string(c), {}});
+    plan.first_of_chart.push_back(plan.first_of_chart.back() + 2 + 3 * fitted.charts[c].loops.size());
+  }
+  plan.left_out = 0;
+  plan.faces = fitted.charts.size() + fitted.corners.size();
+  if (fitted.corners.empty()) return;
+  plan.patches.push_back({static_cast<std::uint32_t>(fitted.charts.size()), "facets", {}});
+  const std::uint64_t first = plan.chart(fitted.charts.size());
+  for (std::uint64_t k = 0; k < fitted.corners.size(); ++k) plan.patches.back().members.push_back(first + k);
+}
+
 }  // namespace
 
 Result<IgesPlan> iges_plan_of(const Mesh& mesh, const IgesOptions& options, const std::string& name) {
@@ -68,7 +85,9 @@ Result<IgesPlan> iges_plan_of(const Mesh& mesh, const IgesOptions& options, cons
   if (!mesh.patch.empty() && mesh.patch.size() != mesh.triangles.size())
     return fail(Code::Internal,
                 grouped(mesh.triangles.size()) + " triangles have " + grouped(mesh.patch.size()) + " patch ids", name);
-  IgesPlan plan{mesh, options, {}, {}, {}, {}, {}, {}, {}};
+  if (options.style == IgesStyle::Surfaces && !options.surfaces)
+    return fail(Code::Internal, "there are no fitted surfaces to write", name);
+  IgesPlan plan{mesh, options, {}, {}, {}, {}, {}, {}, {}, {}};
   find_patches(plan);
   plan.drawn.reserve(mesh.triangles.size());
   for (const Triangle& t : mesh.triangles) plan.drawn.push_back(has_area(mesh, t));
@@ -86,10 +105,12 @@ Result<IgesPlan> iges_plan_of(const Mesh& mesh, const IgesOptions& options, cons
       }
   }
   fill_groups(plan);
+  if (options.style == IgesStyle::Surfaces) plan_surfaces(plan);
   return plan;
 }
 
 void iges_add_positions(IgesPlan& plan) {
+  if (plan.options.style == IgesStyle::Surfaces) return;
   plan.position.reserve(plan.mesh.positions.size());
   for (const Vec3& p : plan.mesh.positions) plan.position.push_back({iges_real(p.x), iges_real(p.y), iges_real(p.z)});
 }
@@ -108,6 +129,10 @@ std::uint64_t iges_entities_of(const IgesPlan& plan) {
       return heads + plan.faces + plan.patches.size();
     case IgesStyle::Wire:
       return heads + plan.shells.edges.size() + plan.patches.size();
+    case IgesStyle::Surfaces: {
+      const std::uint64_t facets = plan.options.surfaces->corners.size();
+      return heads + plan.first_of_chart.back() + facets + (facets > 0 ? 1 : 0);
+    }
   }
   return 0;
 }
@@ -136,6 +161,11 @@ IgesCounts iges_counts_of(const IgesPlan& plan) {
       counts.edges = plan.shells.edges.size();
       counts.groups = plan.patches.size();
       counts.left_out = 0;
+      break;
+    case IgesStyle::Surfaces:
+      counts.faces = plan.faces;
+      counts.surfaces = plan.options.surfaces->charts.size();
+      counts.groups = plan.options.surfaces->corners.empty() ? 0 : 1;
       break;
   }
   return counts;

@@ -15,6 +15,7 @@ namespace scanmill::exporting {
 
 struct PatchEntry {
   std::uint32_t id = 0;
+  std::string name;
   std::vector<std::uint64_t> members;  // entities of its group (patches, wire)
 };
 
@@ -26,9 +27,10 @@ struct IgesPlan {
   std::vector<PatchEntry> patches;      // ascending ids
   std::vector<std::uint32_t> patch_of;  // per triangle: index into patches
   std::vector<std::array<IgesReal, 3>> position;
-  std::vector<std::uint8_t> drawn;        // per triangle: has area
-  std::vector<std::uint32_t> point_of;    // brep: vertex to its place among the points (116)
-  std::vector<std::uint32_t> point_rows;  // brep: vertices that stand for a plane's place, ascending
+  std::vector<std::uint8_t> drawn;            // per triangle: has area
+  std::vector<std::uint32_t> point_of;        // brep: vertex to its place among the points (116)
+  std::vector<std::uint32_t> point_rows;      // brep: vertices that stand for a plane's place, ascending
+  std::vector<std::uint64_t> first_of_chart;  // surfaces: entities before each chart's, and before the facets'
   std::uint64_t left_out = 0, faces = 0;
 
   // First entity of each block.
@@ -40,6 +42,8 @@ struct IgesPlan {
   std::uint64_t edge_list() const { return vertex_list() + 1; }
   std::uint64_t facets() const { return edge_list() + 1; }
   std::uint64_t face(std::uint64_t triangle) const { return facets() + 4 * triangle + 3; }
+  /// Surfaces: the first entity of a chart, and of the facets.
+  std::uint64_t chart(std::size_t number) const { return geometry() + first_of_chart[number]; }
   std::uint64_t roots() const { return facets() + 4 * mesh.triangles.size(); }
 
   IgesEntry entry(int type, int form, std::string_view status, std::uint32_t patch) const {

@@ -17,4 +17,9 @@ Result<void> write_sections_svg(std::span<const Section> sections, ByteSink& sin
 /// measured), _DEVIATION (lines, magnified as the layer's comment says) and _WORST (a cross and its figure).
 Result<void> write_sections_dxf(std::span<const Section> sections, ByteSink& sink);
 
+/// The mesh's lines where they lie in space, mm, as IGES: a curve (126 of degree 1, since the lines are straight between
+/// the mesh's edges; closed where the line is) each, places to the last bit; per section N a group (402 form 7), level
+/// N, a colour (314) and the name `section_N` (406 form 15); the start section says which plane N is.
+Result<void> write_sections_iges(std::span<const Section> sections, ByteSink& sink);
+
 }  // namespace scanmill::exporting

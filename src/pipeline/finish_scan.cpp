@@ -27,10 +27,11 @@ Result<std::vector<WrittenFile>> write_outputs(const FinishedScan& scan, const W
       files.push_back(std::move(bins));
       continue;
     }
-    TRY_ASSIGN(WrittenFile file, write_mesh_file(*record.mesh, output, errors, path, record.bin_mm));
+    TRY_ASSIGN(WrittenFile file, write_mesh_file(*record.mesh, output, errors, path, record.bin_mm,
+                                                 scan.surfaces ? &*scan.surfaces : nullptr));
     files.push_back(std::move(file));
   }
-  TRY_ASSIGN(std::vector<WrittenFile> sheets, write_section_files(scan.sections.sections, folder));
+  TRY_ASSIGN(std::vector<WrittenFile> sheets, write_section_files(scan.sections.sections, what.outputs, folder));
   for (WrittenFile& sheet : sheets) files.push_back(std::move(sheet));
   files.insert(files.end(), scan.written.begin(), scan.written.end());
   return files;

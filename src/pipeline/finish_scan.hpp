@@ -2,6 +2,7 @@
 // The last third of a scan: every file of its result, from what is known of it once it is meshed and judged. Whether
 // that comes from the stages or from an older record makes no difference to a byte.
 #pragma once
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -23,6 +24,7 @@ struct FinishedScan {
   verify::Quality quality;    // of its mesh
   SectionResults sections;
   std::vector<WrittenFile> written;             // that stand in the folder already
+  std::optional<ScanSurfaces> surfaces{};       // for outputs that hold them
   const reduce::ReducedCloud* cloud = nullptr;  // for outputs that hold bins
 };
 

@@ -143,6 +143,13 @@ Result<Fit> measure_fit(const MeshedSurface& surface, const reduce::ReducedCloud
   return fit;
 }
 
+std::unique_ptr<PointSource> without_strays(const MeshedSurface& surface, const reduce::ReducedCloud& cloud,
+                                            const PointSource& points) {
+  std::vector<std::uint8_t> stray =
+      surface.stray_rows.empty() ? std::vector<std::uint8_t>(cloud.size(), 0) : stray_bins(surface, cloud);
+  return std::make_unique<JudgedPoints>(points, cloud, std::move(stray));
+}
+
 Result<SectionResults> cut_sections(const Mesh& mesh, std::span<const BorderLoop> loops, const PointSource& points,
                                     std::span<const verify::SectionRule> rules, double bin_mm,
                                     std::optional<Vec3> worst, const Context& context) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The finished mesh, swapped and judged.
 #pragma once
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -41,6 +42,10 @@ struct SectionResults {
 Result<SectionResults> cut_sections(const Mesh& mesh, std::span<const BorderLoop> loops, const PointSource& points,
                                     std::span<const verify::SectionRule> rules, double bin_mm,
                                     std::optional<Vec3> worst, const Context& context);
+
+/// `points` without those of dropped pieces; all three must outlive it.
+std::unique_ptr<PointSource> without_strays(const MeshedSurface& surface, const reduce::ReducedCloud& cloud,
+                                            const PointSource& points);
 
 /// Cuts the mesh where the job says, with the same points as measure_fit. `worst`: where the fit is worst.
 Result<SectionResults> measure_sections(const MeshedSurface& surface, const reduce::ReducedCloud& cloud,

@@ -60,13 +60,15 @@ VertexErrors vertex_errors(const verify::Report& fit) {
 }
 
 Result<WrittenFile> write_mesh_file(const Mesh& mesh, const Output& output, const VertexErrors& errors,
-                                    const std::string& path, std::optional<double> bin_mm) {
+                                    const std::string& path, std::optional<double> bin_mm,
+                                    const ScanSurfaces* surfaces) {
   static const std::string kComments[] = {"scanmill mesh, mm; error: signed fit error in the vertex's bin"};
   exporting::PlyMeshOptions ply;
   ply.error = errors.signed_mm;
   ply.error_rms = errors.rms_mm;
   if (!errors.signed_mm.empty()) ply.comments = kComments;
-  const exporting::IgesOptions iges{word_of_style<exporting::IgesStyle>(output), bin_mm};
+  exporting::IgesOptions iges{word_of_style<exporting::IgesStyle>(output), bin_mm};
+  if (surfaces) iges.surfaces = &surfaces->fitted;
   const auto dxf = word_of_style<exporting::DxfStyle>(output);
   WrittenFile file;
   file.name = std::filesystem::path(path).filename().string();
@@ -77,7 +79,10 @@ Result<WrittenFile> write_mesh_file(const Mesh& mesh, const Output& output, cons
     TRY(exporting::write_obj(mesh, *sink));
   } else if (output.format == "iges") {
     TRY_ASSIGN(const exporting::IgesCounts counts, exporting::write_iges(mesh, iges, *sink));
-    add_iges_notes(counts, mesh.triangles.size(), file.name, file.notes);
+    if (iges.style == exporting::IgesStyle::Surfaces)
+      file.notes.push_back(surfaces_note(*surfaces, file.name));
+    else
+      add_iges_notes(counts, mesh.triangles.size(), file.name, file.notes);
   } else if (output.format == "dxf") {
     TRY(exporting::write_dxf(mesh, dxf, *sink));
   } else if (output.format == "3mf") {

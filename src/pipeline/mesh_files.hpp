@@ -7,6 +7,7 @@
 
 #include "base/result.hpp"
 #include "mesh/mesh.hpp"
+#include "pipeline/fit_surfaces.hpp"
 #include "pipeline/scan_results.hpp"
 #include "pipeline/what.hpp"
 
@@ -19,10 +20,11 @@ struct VertexErrors {
 VertexErrors vertex_errors(const verify::Report& fit);
 
 /// Writes the mesh at `path` in the form asked for and proves that the file holds it. `bin_mm`: finest detail of the
-/// mesh, where it is known.
+/// mesh, where it is known. `surfaces`: of the mesh; wanted by style surfaces.
 /// errors  what the sink reports; what the format cannot hold (Unsupported, BadInput); Internal when the file read back
 ///         is not the mesh
 Result<WrittenFile> write_mesh_file(const Mesh& mesh, const Output& output, const VertexErrors& errors,
-                                    const std::string& path, std::optional<double> bin_mm = {});
+                                    const std::string& path, std::optional<double> bin_mm = {},
+                                    const ScanSurfaces* surfaces = nullptr);
 
 }  // namespace scanmill::pipeline

@@ -441,7 +441,7 @@ Result<ToolReport> mesh_info(const std::string& input, const What& what, const C
 }
 
 Result<ToolReport> convert_mesh(const std::string& input, const What& what, const MeshForm& form,
-                                const std::string& output, const Context&, Progress& progress) {
+                                const std::string& output, const Context& context, Progress& progress) {
   TRY_ASSIGN(const ConvertTarget target, convert_target_of(output, false, form.ascii));
   TRY(check_output(output, {".stl", ".ply", ".obj", ".igs", ".iges", ".dxf", ".3mf"}, {input}));
   TRY_ASSIGN(const Output wanted, output_of(output, form.ascii, form.style));
@@ -458,7 +458,12 @@ Result<ToolReport> convert_mesh(const std::string& input, const What& what, cons
     for (Vec3& p : mesh.positions)
       p = {static_cast<double>(static_cast<float>(p.x)), static_cast<double>(static_cast<float>(p.y)),
            static_cast<double>(static_cast<float>(p.z))};
-  TRY_ASSIGN(const WrittenFile written, write_mesh_file(mesh, wanted, errors, output));
+  std::optional<ScanSurfaces> surfaces;
+  if (surfaces_output({wanted})) {
+    TRY_ASSIGN(surfaces, fit_mesh_surfaces(mesh, wanted, context));
+  }
+  TRY_ASSIGN(const WrittenFile written,
+             write_mesh_file(mesh, wanted, errors, output, {}, surfaces ? &*surfaces : nullptr));
   ToolReport report;
   report.values.set("file", output);
   report.values.set("sha256", written.sha256);

@@ -21,9 +21,23 @@ bool among(std::span<const std::string_view> words, std::string_view word) {
   return std::find(words.begin(), words.end(), word) != words.end();
 }
 
-/// The one option of a format; empty when it has none.
-std::string_view option_of(std::string_view format) {
-  return format == "stl" ? "ascii" : styles_of(format).empty() ? "" : "style";
+constexpr std::string_view kTolerance = "tolerance_bins";
+constexpr double kLeastTolerance = 0.001, kMostTolerance = 10;
+
+/// The options of a format.
+std::vector<std::string_view> options_of(std::string_view format) {
+  if (format == "stl") return {"ascii"};
+  if (format == "iges") return {"style", kTolerance};
+  return styles_of(format).empty() ? std::vector<std::string_view>() : std::vector<std::string_view>{"style"};
+}
+
+void read_tolerance(const Node& value, Output& output, Problems& problems) {
+  if (value.is_number() && value.as_number() >= kLeastTolerance && value.as_number() <= kMostTolerance)
+    output.tolerance_bins = value.as_number();
+  else
+    problems.add(value.mark, "outputs.iges." + std::string(kTolerance),
+                 "found " + shown(value) + "; allowed " + number_text(kLeastTolerance) + " to " +
+                     number_text(kMostTolerance) + " bin edges");
 }
 
 void read_style(const Node& value, const std::string& key, Output& output, Problems& problems) {
@@ -39,27 +53,34 @@ void read_style(const Node& value, const std::string& key, Output& output, Probl
 }
 
 void read_options(const Node& options, Output& output, Problems& problems) {
-  const std::string_view option = option_of(output.format);
+  const std::vector<std::string_view> known = options_of(output.format);
   const std::string key = "outputs." + output.format;
-  if (option.empty())
+  if (known.empty())
     return problems.add(options.mark, "outputs",
                         "found options for " + output.format + "; it takes none: write - " + output.format);
   if (!options.is_map())
     return problems.add(
         options.mark, key,
         "found " + shown(options) + "; allowed {" +
-            (option == "ascii" ? std::string("ascii: true") : "style: " + std::string(styles_of(output.format)[0])) +
+            (known[0] == "ascii" ? std::string("ascii: true") : "style: " + std::string(styles_of(output.format)[0])) +
             "}");
+  const Node* tolerance = nullptr;
   for (const Node::Entry& entry : options.entries()) {
-    if (entry.key != option)
-      problems.add_unknown(entry, key, {&option, 1});
-    else if (option == "style")
+    if (std::find(known.begin(), known.end(), entry.key) == known.end())
+      problems.add_unknown(entry, key, known);
+    else if (entry.key == "style")
       read_style(entry.value, key + ".style", output, problems);
+    else if (entry.key == kTolerance)
+      read_tolerance(*(tolerance = &entry.value), output, problems);
     else if (!entry.value.is_bool())
       problems.add(entry.value.mark, key + ".ascii", "found " + shown(entry.value) + "; allowed true, false");
     else
       output.ascii = entry.value.as_bool();
   }
+  if (tolerance && output.style != "surfaces")
+    problems.add(
+        tolerance->mark, key + "." + std::string(kTolerance),
+        "is of style surfaces only; found style " + output.style + ": remove the key, or write style: surfaces");
 }
 
 void read_output(const Node& item, std::vector<Output>& outputs, Problems& problems) {
@@ -87,6 +108,25 @@ Node style_schema(std::string_view format) {
   Node schema = Node::map();
   schema.set("enum", std::move(words));
   schema.set("default", styles_of(format)[0]);
+  return schema;
+}
+
+Node ascii_schema() {
+  Node schema = Node::map();
+  schema.set("description", "As text, ten times as large.");
+  schema.set("type", "boolean");
+  return schema;
+}
+
+Node tolerance_schema() {
+  Node schema = Node::map();
+  schema.set("description",
+             "Style surfaces: greatest distance of a point of the cloud from its surface, in bin edges; triangles "
+             "where it does not hold are written as facets.");
+  schema.set("type", "number");
+  schema.set("minimum", kLeastTolerance);
+  schema.set("maximum", kMostTolerance);
+  schema.set("default", kSurfaceTolerance);
   return schema;
 }
 
@@ -133,6 +173,7 @@ Node outputs_to_document(const std::vector<Output>& outputs) {
     Node options = Node::map();
     if (output.ascii) options.set("ascii", true);
     if (!output.style.empty()) options.set("style", output.style);
+    if (output.style == "surfaces") options.set(std::string(kTolerance), output.tolerance_bins);
     Node entry = Node::map();
     entry.set(output.format, std::move(options));
     list.push(std::move(entry));
@@ -145,18 +186,19 @@ Node outputs_schema() {
   for (const std::string_view word : output_words()) words.push(word);
   Node item = Node::map();
   item.set("enum", std::move(words));
-  Node ascii = Node::map();
-  ascii.set("description", "As text, ten times as large.");
-  ascii.set("type", "boolean");
   Node with_options = Node::map();
   with_options.set("type", "object");
   Node& formats = with_options.set("properties", Node::map());
   for (const std::string_view format : output_words()) {
-    const std::string_view option = option_of(format);
-    if (option.empty()) continue;
+    const std::vector<std::string_view> known = options_of(format);
+    if (known.empty()) continue;
     Node options = Node::map();
     options.set("type", "object");
-    options.set("properties", Node::map()).set(option, option == "ascii" ? ascii : style_schema(format));
+    Node& properties = options.set("properties", Node::map());
+    for (const std::string_view option : known)
+      properties.set(std::string(option), option == "ascii"      ? ascii_schema()
+                                          : option == kTolerance ? tolerance_schema()
+                                                                 : style_schema(format));
     options.set("additionalProperties", false);
     formats.set(format, std::move(options));
   }

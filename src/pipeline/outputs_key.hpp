@@ -11,11 +11,15 @@
 
 namespace scanmill::pipeline {
 
+/// Bins that a fitted surface may be off a point, unless the job says otherwise.
+inline constexpr double kSurfaceTolerance = 0.25;
+
 /// A file to write.
 struct Output {
-  std::string format;   // a word of output_words()
-  bool ascii = false;   // stl only
-  std::string style{};  // of formats that have styles; empty for the others
+  std::string format;                         // a word of output_words()
+  bool ascii = false;                         // stl only
+  std::string style{};                        // of formats that have styles; empty for the others
+  double tolerance_bins = kSurfaceTolerance;  // iges, style surfaces only
   friend bool operator==(const Output&, const Output&) = default;
 };
 

@@ -61,7 +61,7 @@ MeshedSurface surface_of(const Record& record) {
 }
 
 bool needs_points(const What& what) {
-  return !what.verify.sections.empty() ||
+  return !what.verify.sections.empty() || surfaces_output(what.outputs) ||
          std::any_of(what.outputs.begin(), what.outputs.end(), [](const Output& o) { return o.format == "vdb"; });
 }
 
@@ -113,6 +113,13 @@ Result<std::optional<ScanResult>> rewrite_scan(const std::string& archive, const
     TRY_ASSIGN(finished.sections,
                measure_sections(surface_of(record), reduction.cloud, *cleaned.points, what, worst, context));
     if (!finished.sections.sections.empty()) clock.lap("sections");
+    if (const Output* output = surfaces_output(what.outputs)) {
+      const MeshedSurface surface = surface_of(record);
+      const auto kept = without_strays(surface, reduction.cloud, *cleaned.points);
+      const double bin_mm = reduction.report.bin_mm;
+      TRY_ASSIGN(finished.surfaces, fit_scan_surfaces(surface.mesh, *kept, *output, bin_mm, context, progress));
+      clock.lap("surfaces");
+    }
     TRY(points->verify_unchanged());
   }
   const auto take_over = [&] { return copy_pictures(previous, what, folder); };

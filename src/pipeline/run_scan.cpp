@@ -111,7 +111,7 @@ void add_findings(const ScanResults& all, NoteList& notes) {
 
 std::vector<std::pair<std::string, std::string>> stage_versions() {
   return {{"read", "3"}, {"clean", "1"},    {"reduce", "3"}, {"stars", "2"},  {"front", "1"},  {"merge", "2"},
-          {"grow", "1"}, {"optimise", "1"}, {"verify", "2"}, {"export", "2"}, {"record", "7"}, {"report", "6"}};
+          {"grow", "1"}, {"optimise", "1"}, {"verify", "2"}, {"export", "3"}, {"record", "7"}, {"report", "6"}};
 }
 
 KeyTexts key_texts(const What& what, const std::string& scan) {
@@ -215,6 +215,12 @@ Result<ScanResult> run_scan(const std::string& archive, const ScanSpec& scan, co
   FinishedScan finished;
   TRY_ASSIGN(finished.sections, measure_sections(surface, all.reduction.cloud, *cleaned.points, what, worst, context));
   if (!finished.sections.sections.empty()) clock.lap("sections");
+  if (const Output* output = surfaces_output(what.outputs)) {
+    const auto kept = without_strays(surface, all.reduction.cloud, *cleaned.points);
+    const double bin_mm = all.reduction.report.bin_mm;
+    TRY_ASSIGN(finished.surfaces, fit_scan_surfaces(surface.mesh, *kept, *output, bin_mm, context, progress));
+    clock.lap("surfaces");
+  }
 
   add_findings(all, notes);
   all.notes = std::move(notes);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipeline/section_files.hpp"
 
+#include <algorithm>
 #include <functional>
 
 #include "base/digest.hpp"
@@ -37,13 +38,18 @@ Result<WrittenFile> write_one(const std::vector<Section>& sections, Writer write
 
 }  // namespace
 
-Result<std::vector<WrittenFile>> write_section_files(const std::vector<Section>& sections, const std::string& folder) {
+Result<std::vector<WrittenFile>> write_section_files(const std::vector<Section>& sections,
+                                                     const std::vector<Output>& outputs, const std::string& folder) {
   std::vector<WrittenFile> files;
   if (sections.empty()) return files;
   TRY_ASSIGN(WrittenFile sheet, write_one(sections, exporting::write_sections_svg, folder, "sections.svg"));
   TRY_ASSIGN(WrittenFile lines, write_one(sections, exporting::write_sections_dxf, folder, "sections.dxf"));
   files.push_back(std::move(sheet));
   files.push_back(std::move(lines));
+  if (std::any_of(outputs.begin(), outputs.end(), [](const Output& output) { return output.format == "iges"; })) {
+    TRY_ASSIGN(WrittenFile curves, write_one(sections, exporting::write_sections_iges, folder, "sections.igs"));
+    files.push_back(std::move(curves));
+  }
   return files;
 }
 

@@ -10,9 +10,11 @@
 
 namespace scanmill::pipeline {
 
-/// sections.svg and sections.dxf, written, synced, read back and compared; nothing without sections.
-/// errors  what the sinks report; Internal when a file read back is not what was written
-Result<std::vector<WrittenFile>> write_section_files(const std::vector<Section>& sections, const std::string& folder);
+/// sections.svg and sections.dxf, with an IGES among `outputs` also sections.igs, written, synced, read back and
+/// compared; nothing without sections. errors  what the sinks report; Internal when a file read back is not what was
+/// written
+Result<std::vector<WrittenFile>> write_section_files(const std::vector<Section>& sections,
+                                                     const std::vector<Output>& outputs, const std::string& folder);
 
 /// A row of the page per section, with its picture, which is also written as section-N.png.
 /// errors  what the sinks report

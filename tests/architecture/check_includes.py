@@ -14,7 +14,7 @@ LAYERS = [
     ["base", "document"],
     ["geom", "timing"],
     ["cloud", "mesh", "lattice", "fringe"],
-    ["plan", "simulate", "refine", "clean", "reduce", "stars", "grow", "front", "merge", "optimise", "verify"],
+    ["plan", "simulate", "refine", "clean", "reduce", "stars", "grow", "front", "merge", "optimise", "verify", "surfaces"],
     ["formats", "export", "render", "report", "provenance", "store"],
     ["pipeline"],
     ["runner"],

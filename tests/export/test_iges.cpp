@@ -287,7 +287,7 @@ TEST(Iges, RefusesMoreLinesThanSevenDigitsNumber) {
             std::string::npos)
       << done.error().text();
   EXPECT_NE(done.error().message.find("9,999,999 at most: choose a larger bin (about 714,000 triangles fit), style "
-                                      "patches, style wire, or 3mf, stl or ply"),
+                                      "patches, style wire, style surfaces, or 3mf, stl or ply"),
             std::string::npos)
       << done.error().text();
   EXPECT_TRUE(write_iges(mesh, {IgesStyle::Patches, 0.5, true}, *sink).ok());

@@ -5,8 +5,11 @@
 #include <cmath>
 
 #include "export/iges.hpp"
+#include "export/section_files.hpp"
 #include "export/shells.hpp"
 #include "pipeline/discovery.hpp"
+#include "pipeline/fit_surfaces.hpp"
+#include "pipeline/mesh_files.hpp"
 #include "pipeline/scan_points.hpp"
 #include "simulate/demo_plans.hpp"
 #include "store/files.hpp"
@@ -14,6 +17,7 @@
 #include "support/occt_shapes.hpp"
 #include "support/shapes.hpp"
 #include "support/temp_folder.hpp"
+#include "verify/sections.hpp"
 
 namespace scanmill {
 namespace {
@@ -115,6 +119,69 @@ TEST(OcctReadsBrep, OfDemoSolids) {
       expect_other_styles(mesh);
     }
   }
+}
+
+/// The cloud of a demo solid, fitted as a job does, in a file of style surfaces, beside one of style brep.
+void expect_surfaces(const std::string& name, double h) {
+  const auto object = simulate::make_object(name);
+  const support::Workers workers(2);
+  const std::vector<Vec3> cloud = simulate::measured_points(**object, simulate::demo_plan(name), workers.context());
+  const Mesh mesh = std::move(support::mesh_points(cloud, support::what_of(h), 2).value().surface.mesh);
+  NoProgress silent;
+  pipeline::Output output{"iges", false, "surfaces"};
+  const auto surfaces = pipeline::fit_scan_surfaces(mesh, MemoryPoints(cloud), output, h, workers.context(), silent);
+  ASSERT_TRUE(surfaces.ok()) << surfaces.error().text();
+  const FittedSurfaces& fitted = surfaces->fitted;
+  EXPECT_GT(fitted.fitted_area_mm2, 0.9 * fitted.area_mm2);
+  EXPECT_LE(fitted.max_mm, 0.25 * h);
+  EXPECT_LE(fitted.gap_mm, 0.25 * h);
+  const support::TempFolder folder;
+  const auto small = pipeline::write_mesh_file(mesh, output, {}, folder.path() + "/mesh.igs", h, &*surfaces);
+  const auto large = pipeline::write_mesh_file(mesh, {"iges", false, "brep"}, {}, folder.path() + "/brep.igs", h);
+  ASSERT_TRUE(small.ok() && large.ok());
+  EXPECT_LT(static_cast<double>(small->bytes), 0.02 * static_cast<double>(large->bytes));
+  const support::CadShape shape = support::read_with_occt(folder.path() + "/mesh.igs");
+  ASSERT_TRUE(shape.readable);
+  EXPECT_EQ(shape.invalid_faces, 0);
+  EXPECT_EQ(shape.faces, static_cast<int>(fitted.charts.size() + fitted.corners.size()));
+  EXPECT_NEAR(shape.area / known_of(mesh).area, 1, 0.05) << "sharp edges come back: more area than the mesh's";
+  const bool closed = known_of(mesh).open_shells == 0;
+  const int open = support::open_edges_with_occt(folder.path() + "/mesh.igs", 0.25 * h);
+  if (closed)
+    EXPECT_EQ(open, 0) << "sewn, it is closed";
+  else
+    EXPECT_GT(open, 0);
+  std::cout << small->notes.at(0) << "; " << small->bytes << " bytes, "
+            << 100.0 * static_cast<double>(small->bytes) / static_cast<double>(large->bytes) << " % of brep, "
+            << shape.faces << " faces, " << shape.invalid_faces << " invalid, " << open << " open edges when sewn\n";
+}
+
+TEST(OcctReadsSurfaces, OfTheFigurine) { expect_surfaces("figurine", 1); }
+TEST(OcctReadsSurfaces, OfTheHandset) { expect_surfaces("handset", 2); }
+
+TEST(OcctReadsSections, AsCurvesOfTheirLength) {
+  const auto mesh = mesh_of_shape("torus", 1);
+  ASSERT_TRUE(mesh.ok());
+  verify::SectionRule rule;
+  rule.axis = {0, 0.6, 0.8};
+  rule.count = 3;
+  rule.where = verify::SectionRule::Where::Count;
+  std::vector<double> magnify;
+  const auto frames = verify::section_frames(*mesh, {{rule}}, 1, {}, magnify);
+  ASSERT_TRUE(frames.ok());
+  const support::Workers workers(1);
+  const auto sections = verify::sections_of(*mesh, MemoryPoints({}), *frames, magnify, 1, workers.context());
+  ASSERT_TRUE(sections.ok());
+  double length = 0;
+  for (const Section& section : *sections) length += section.length_mm;
+  const support::TempFolder folder;
+  auto sink = store::create_file(folder.path() + "/sections.igs");
+  ASSERT_TRUE(exporting::write_sections_iges(*sections, **sink).ok());
+  ASSERT_TRUE((*sink)->commit().ok());
+  const support::CadShape shape = support::read_with_occt(folder.path() + "/sections.igs");
+  ASSERT_TRUE(shape.readable);
+  EXPECT_GT(length, 50);
+  EXPECT_NEAR(shape.line_length / length, 1, 1e-9);
 }
 
 class OcctReadsBunny : public testing::TestWithParam<int> {};

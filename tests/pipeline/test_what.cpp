@@ -65,7 +65,8 @@ TEST(WhatFrom, ReportsEveryProblemWithPlaceAllowedAndNearest) {
 TEST(WhatFrom, PreviewsAreThoseAskedForInTheReportsOrder) {
   using List = std::vector<std::string>;
   EXPECT_EQ(what("lattice: {bin_mm: 1}\n")->previews, (List{"shaded", "error", "patches"}));
-  EXPECT_EQ(what("lattice: {bin_mm: 1}\npreviews: [patches, shaded, patches]\n")->previews, (List{"shaded", "patches"}));
+  EXPECT_EQ(what("lattice: {bin_mm: 1}\npreviews: [patches, shaded, patches]\n")->previews,
+            (List{"shaded", "patches"}));
   for (const char* text : {"previews: []\n", "previews: [shadow]\n", "previews: shaded\n"})
     EXPECT_NE(error_of(text).find("allowed a list of shaded, error, patches, one at least"), std::string::npos) << text;
 }
@@ -99,10 +100,27 @@ TEST(WhatFrom, OutputsTakeTheirStyleAndKeepIt) {
   EXPECT_EQ(what("lattice: {bin_mm: 1}\noutputs: [iges]\n")->outputs[0].style, "brep") << "the default is written out";
   const std::string text =
       error_of("lattice: {bin_mm: 1}\noutputs: [{iges: {style: brp}}, {iges: {stile: wire}}, {ply: {style: brep}}]\n");
-  for (const char* line : {"outputs.iges.style: found brp; allowed brep, trimmed, patches, wire; nearest brep",
-                           "outputs.iges.stile: unknown key; allowed style; nearest style",
-                           "outputs: found options for ply; it takes none", "iges is asked for twice"})
+  for (const char* line :
+       {"outputs.iges.style: found brp; allowed brep, trimmed, patches, wire, surfaces; nearest brep",
+        "outputs.iges.stile: unknown key; allowed style, tolerance_bins; nearest style",
+        "outputs: found options for ply; it takes none", "iges is asked for twice"})
     EXPECT_NE(text.find(line), std::string::npos) << line << "\nin\n" << text;
+}
+
+TEST(WhatFrom, SurfacesTakeATolerance) {
+  const auto w = what("lattice: {bin_mm: 1}\noutputs: [{iges: {style: surfaces}}]\n");
+  ASSERT_TRUE(w.ok()) << w.error().text();
+  EXPECT_EQ(w->outputs[0].tolerance_bins, 0.25);
+  const auto wide = what("lattice: {bin_mm: 1}\noutputs: [{iges: {tolerance_bins: 0.5, style: surfaces}}]\n");
+  ASSERT_TRUE(wide.ok()) << wide.error().text();
+  EXPECT_EQ(wide->outputs[0].tolerance_bins, 0.5);
+  const std::string tree = document::to_canonical_json(to_document(*wide));
+  EXPECT_NE(tree.find(R"({"style":"surfaces","tolerance_bins":0.5})"), std::string::npos) << tree;
+  EXPECT_NE(error_of("lattice: {bin_mm: 1}\noutputs: [{iges: {style: surfaces, tolerance_bins: 0}}]\n")
+                .find("outputs.iges.tolerance_bins: found 0; allowed 0.001 to 10 bin edges"),
+            std::string::npos);
+  EXPECT_NE(error_of("lattice: {bin_mm: 1}\noutputs: [{iges: {tolerance_bins: 1}}]\n").find("found style brep"),
+            std::string::npos);
 }
 
 TEST(WhatFrom, SectionsComeByPlaceCountAndFeature) {

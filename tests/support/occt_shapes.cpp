@@ -6,6 +6,7 @@
 #include <BRepBuilderAPI_MakeSolid.hxx>
 #include <BRepBuilderAPI_MakeVertex.hxx>
 #include <BRepBuilderAPI_MakeWire.hxx>
+#include <BRepBuilderAPI_Sewing.hxx>
 #include <BRepCheck_Analyzer.hxx>
 #include <BRepGProp.hxx>
 #include <BRep_Builder.hxx>
@@ -88,6 +89,8 @@ CadShape read_with_occt(const std::string& path) {
     found.closed_shells += BRep_Tool::IsClosed(shells.Current());
   }
   found.valid = BRepCheck_Analyzer(shape).IsValid();
+  for (TopExp_Explorer faces(shape, TopAbs_FACE); faces.More(); faces.Next())
+    found.invalid_faces += !BRepCheck_Analyzer(faces.Current()).IsValid();
   GProp_GProps surface, volume, lines;
   BRepGProp::SurfaceProperties(shape, surface);
   found.area = surface.Mass();
@@ -96,6 +99,17 @@ CadShape read_with_occt(const std::string& path) {
   if (found.solids > 0) BRepGProp::VolumeProperties(shape, volume);
   found.volume = volume.Mass();
   return found;
+}
+
+int open_edges_with_occt(const std::string& path, double tolerance_mm) {
+  silence();
+  IGESControl_Reader reader;
+  if (reader.ReadFile(path.c_str()) != IFSelect_RetDone) return -1;
+  reader.TransferRoots();
+  BRepBuilderAPI_Sewing sewing(tolerance_mm);
+  sewing.Add(reader.OneShape());
+  sewing.Perform();
+  return sewing.NbFreeEdges();
 }
 
 double write_with_occt(const Mesh& mesh, const std::string& path) {
