@@ -165,7 +165,7 @@ void report_fit(const verify::Report& fit, const ScanPoints& points, const char*
 /// The files of the sections into the folder, their figures into `out`.
 Result<void> write_cuts(const SectionResults& cuts, const ScanPoints& points, const std::string& folder, Node& out) {
   TRY(store::make_folders(folder));
-  TRY_ASSIGN(const std::vector<WrittenFile> sheets, write_section_files(cuts.sections, folder));
+  TRY_ASSIGN(const std::vector<WrittenFile> sheets, write_section_files(cuts.sections, {Output{"iges"}}, folder));
   TRY_ASSIGN(const auto rows, draw_sections(cuts.sections, folder));
   Node list = Node::sequence(), files = Node::sequence();
   for (const WrittenFile& sheet : sheets) files.push(folder + "/" + sheet.name);

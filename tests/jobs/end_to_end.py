@@ -287,7 +287,7 @@ def mesh_tools_agree_with_the_job(work):
     told = values_of(run("verify", f"{work}/c/scans/cube/plan/mesh.ply", "--cloud", f"{work}/a/cube/plan.yaml", "--bin-mm", "1.5", "--json",
                          "--section", "z=3", "--section", "x=worst", "--section", "1,1,0=2x", "--section",
                          "{axis: y, through: [1, 2, 3], slab_mm: 2}", "-o", f"{work}/cuts/of/cube"))
-    assert [os.path.basename(path) for path in told["files"]] == ["sections.svg", "sections.dxf"] + [f"section-{n}.png" for n in range(1, 6)]
+    assert [os.path.basename(path) for path in told["files"]] == ["sections.svg", "sections.dxf", "sections.igs"] + [f"section-{n}.png" for n in range(1, 6)]
     for path in told["files"]:
         assert open(path, "rb").read() == open(f"{work}/c/scans/cube/plan/{os.path.basename(path)}", "rb").read(), path
     with h5py.File(f"{work}/c/scans/cube/plan/record.h5") as record:
