@@ -1,40 +1,40 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "geom/banded.hpp"
 
+#include <Eigen/SparseCholesky>
+#include <Eigen/SparseCore>
+
 namespace scanmill {
+namespace {
+
+using Matrix = Eigen::SparseMatrix<double>;
+
+constexpr double kRidge = 1e-12;  // of the greatest diagonal, where rounding left a pivot without sign
+
+}  // namespace
 
 std::vector<double> BandedSystem::solve() && {
-  constexpr double kNoPivot = 1e-13;
-  const std::size_t width = band_ + 1;
-  std::vector<double> scaled(width);
-  std::vector<double> first(n_);  // diagonals before elimination
-  for (std::size_t i = 0; i < n_; ++i) first[i] = at(i, i);
+  const auto n = static_cast<Eigen::Index>(n_);
+  double greatest = 0;
+  for (std::size_t i = 0; i < n_; ++i) greatest = std::max(greatest, at(i, i));
+  std::vector<Eigen::Triplet<double>> entries;
+  entries.reserve(rows_.size());
   for (std::size_t i = 0; i < n_; ++i) {
-    double* row = &rows_[i * width];  // row[k] is column i - band + k
-    const std::size_t begin = i > band_ ? i - band_ : 0;
-    for (std::size_t j = begin; j < i; ++j) {
-      const double* other = &rows_[j * width];
-      const std::size_t from = std::max(begin, j > band_ ? j - band_ : 0);
-      double sum = row[j + band_ - i];
-      for (std::size_t k = from; k < j; ++k) sum -= scaled[k - begin] * other[k + band_ - j];
-      scaled[j - begin] = sum;  // L times D
-      row[j + band_ - i] = sum;
-    }
-    double pivot = row[band_];
-    for (std::size_t j = begin; j < i; ++j) {
-      const double diagonal = rows_[j * width + band_], value = scaled[j - begin];
-      const double low = diagonal > 0 ? value / diagonal : 0;
-      row[j + band_ - i] = low;
-      pivot -= low * value;
-    }
-    row[band_] = pivot > kNoPivot * first[i] ? pivot : 0;
+    if (at(i, i) == 0) at(i, i) = 1, right_[i] = 0;  // nothing determines it
+    for (std::size_t j = i > band_ ? i - band_ : 0; j <= i; ++j)
+      if (at(i, j) != 0) entries.emplace_back(static_cast<int>(i), static_cast<int>(j), at(i, j));
   }
-  for (std::size_t i = 0; i < n_; ++i)
-    for (std::size_t j = i > band_ ? i - band_ : 0; j < i; ++j) right_[i] -= at(i, j) * right_[j];
-  for (std::size_t i = 0; i < n_; ++i) right_[i] = at(i, i) > 0 ? right_[i] / at(i, i) : 0;
-  for (std::size_t i = n_; i-- > 0;)
-    for (std::size_t j = i > band_ ? i - band_ : 0; j < i; ++j) right_[j] -= at(i, j) * right_[i];
-  return std::move(right_);
+  Matrix lower(n, n);
+  lower.setFromTriplets(entries.begin(), entries.end());
+  const Eigen::Map<const Eigen::VectorXd> right(right_.data(), n);
+  std::vector<double> solution(n_);
+  Eigen::SimplicialLDLT<Matrix, Eigen::Lower> factors(lower);
+  if (factors.info() != Eigen::Success || !(factors.vectorD().minCoeff() > 0)) {
+    factors.setShift(kRidge * greatest);
+    factors.factorize(lower);
+  }
+  if (factors.info() == Eigen::Success) Eigen::Map<Eigen::VectorXd>(solution.data(), n) = factors.solve(right);
+  return solution;
 }
 
 }  // namespace scanmill

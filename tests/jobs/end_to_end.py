@@ -283,7 +283,7 @@ def mesh_tools_agree_with_the_job(work):
         assert len(errors) == told["vertices"] and abs(errors).max() <= told["fit"]["all"]["max_mm"] + 1e-6
     # Sections of the tool are those of the job, to the byte.
     cuts = "verify: {sections: [{axis: z, at_mm: 3}, {axis: x, through: worst}, {axis: [1, 1, 0], count: 2}, {axis: y, through: [1, 2, 3], slab_mm: 2}]}\n"
-    run("run", write_job(f"{work}/cuts.yaml", "a", keys + cuts), "--out", f"{work}/c")
+    run("run", write_job(f"{work}/cuts.yaml", "a", keys.replace("obj]", "obj, iges]") + cuts), "--out", f"{work}/c")
     told = values_of(run("verify", f"{work}/c/scans/cube/plan/mesh.ply", "--cloud", f"{work}/a/cube/plan.yaml", "--bin-mm", "1.5", "--json",
                          "--section", "z=3", "--section", "x=worst", "--section", "1,1,0=2x", "--section",
                          "{axis: y, through: [1, 2, 3], slab_mm: 2}", "-o", f"{work}/cuts/of/cube"))
