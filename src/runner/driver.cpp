@@ -302,7 +302,9 @@ class Driver {
       if (!state) return std::nullopt;
       return CrateScan{entry.name, entry.fate == ScanFate::Done, std::move(*state)};
     };
-    return store::write_text(tree_.root() + "/ro-crate-metadata.json", ro_crate_text(report_, result_of, {"run.json"}));
+    TRY_ASSIGN(const auto sink, store::create_file(tree_.root() + "/ro-crate-metadata.json"));
+    TRY(write_ro_crate(report_, result_of, {"run.json"}, *sink));
+    return sink->commit();
   }
 
   /// The worst code in the order 130/143, 1, 3, 4; state files, run.json, last line.

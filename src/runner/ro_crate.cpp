@@ -63,23 +63,52 @@ Node file_entity(const std::string& id, const char* type, const std::string& nam
   return node;
 }
 
-/// The entities of the graph, a line each.
+constexpr std::size_t kPiece = 1 << 16;  // bytes written at once
+
+/// The entities of the graph, a line each. The first failure of the sink stays.
 class Graph {
  public:
-  explicit Graph(std::string& out) : out_(out) {}
-  void push(const Node& entity) {
-    out_ += first_ ? "\n" : ",\n";
-    out_ += document::to_json(entity);
+  Graph(ByteSink& sink, std::string head) : sink_(sink), text_(std::move(head)) {}
+  void push(const Node& entity) { push_text(document::to_json(entity)); }
+  void push_text(std::string_view entity) {
+    text_ += first_ ? "\n" : ",\n";
+    text_ += entity;
     first_ = false;
+    if (text_.size() >= kPiece) flush();
+  }
+  Result<void> finish(std::string_view tail) {
+    text_ += tail;
+    flush();
+    return std::move(written_);
   }
 
  private:
-  std::string& out_;
+  void flush() {
+    if (written_.ok()) written_ = sink_.write(std::string_view(text_));
+    text_.clear();
+  }
+
+  ByteSink& sink_;
+  std::string text_;
+  Result<void> written_;
   bool first_ = true;
 };
 
+/// A list of references as JSON text: as nodes it would take ten times the memory.
+class References {
+ public:
+  void push(const std::string& id) {
+    text_ += text_.empty() ? "" : ",";
+    text_ += document::to_json(reference(id));
+  }
+  std::string text() const { return "[" + text_ + "]"; }
+
+ private:
+  std::string text_;
+};
+
 /// The action of a scan; its files go to the graph and, where they lie in the tree, to the parts of the whole.
-Node action_of(const RunReport& report, const CrateScan& scan, Graph& graph, Node& parts) {
+Node action_of(const RunReport& report, const CrateScan& scan, Graph& graph, References& parts) {
   Node action = entity("#scan/" + uri_of(scan.name), "CreateAction");
   action.set("name", "mesh and record of scan " + scan.name);
   action.set("instrument", reference("#scanmill"));
@@ -99,7 +128,7 @@ Node action_of(const RunReport& report, const CrateScan& scan, Graph& graph, Nod
   for (const OutputFile& output : scan.state.outputs) {
     const std::string id = uri_of("scans/" + scan.name + "/" + output.name);
     results.push(reference(id));
-    parts.push(reference(id));
+    parts.push(id);
     graph.push(file_entity(id, "File", output.name, output.bytes, output.sha256));
   }
   action.set("object", std::move(objects));
@@ -109,15 +138,15 @@ Node action_of(const RunReport& report, const CrateScan& scan, Graph& graph, Nod
 
 }  // namespace
 
-std::string ro_crate_text(const RunReport& report, ResultOf result_of, const std::vector<std::string>& files_of_run) {
+Result<void> write_ro_crate(const RunReport& report, ResultOf result_of, const std::vector<std::string>& files_of_run,
+                            ByteSink& sink) {
   Node own = Node::map();
   own.set("sha256", "https://schema.org/sha256");
   Node context = Node::sequence();
   context.push("https://w3id.org/ro/crate/1.1/context");
   context.push(std::move(own));
-  std::string text = "{\"@context\": " + document::to_json(context) + ",\n\"@graph\": [";
-  Graph graph(text);
-  Node parts = Node::sequence(), actions = Node::sequence();
+  Graph graph(sink, "{\"@context\": " + document::to_json(context) + ",\n\"@graph\": [");
+  References parts, actions;
   Node metadata = entity("ro-crate-metadata.json", "CreativeWork");
   metadata.set("about", reference("./"));
   metadata.set("conformsTo", reference("https://w3id.org/ro/crate/1.1"));
@@ -131,7 +160,7 @@ std::string ro_crate_text(const RunReport& report, ResultOf result_of, const std
   tool.set("softwareVersion", report.version);
   graph.push(std::move(tool));
   for (const std::string& name : files_of_run) {
-    parts.push(reference(uri_of(name)));
+    parts.push(uri_of(name));
     Node file = entity(uri_of(name), "File");
     file.set("name", name);
     file.set("encodingFormat", media_type_of(name));
@@ -143,7 +172,7 @@ std::string ro_crate_text(const RunReport& report, ResultOf result_of, const std
     if (!scan) continue;
     ++scans;
     Node action = action_of(report, *scan, graph, parts);
-    actions.push(reference("#scan/" + uri_of(scan->name)));
+    actions.push("#scan/" + uri_of(scan->name));
     graph.push(action);
   }
   Node root = entity("./", "Dataset");
@@ -152,10 +181,10 @@ std::string ro_crate_text(const RunReport& report, ResultOf result_of, const std
   root.set("datePublished", report.ended);
   root.set("license", "not stated: the files belong to whoever made the scans");
   root.set("conformsTo", reference(kProfile));
-  root.set("hasPart", std::move(parts));
-  root.set("mentions", std::move(actions));
-  graph.push(std::move(root));
-  return text + "\n]}\n";
+  std::string text = document::to_json(root);
+  text.pop_back();  // its brace
+  graph.push_text(text + ",\"hasPart\":" + parts.text() + ",\"mentions\":" + actions.text() + "}");
+  return graph.finish("\n]}\n");
 }
 
 }  // namespace scanmill::runner

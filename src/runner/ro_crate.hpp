@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "base/bytes.hpp"
 #include "base/context.hpp"
 #include "runner/run_report.hpp"
 #include "runner/scan_state.hpp"
@@ -23,7 +24,9 @@ using ResultOf = FunctionRef<std::optional<CrateScan>(const ScanEntry&)>;
 
 /// The JSON text, an entity a line: one CreateAction per scan with its inputs and outputs, all with SHA-256 and size;
 /// paths are relative to the output tree. `files_of_run`: others of the tree, by name. One result at a time is in
-/// memory.
-std::string ro_crate_text(const RunReport& report, ResultOf result_of, const std::vector<std::string>& files_of_run);
+/// memory, and the names of all files (60 bytes each).
+/// errors  those of the sink, which is not committed
+Result<void> write_ro_crate(const RunReport& report, ResultOf result_of, const std::vector<std::string>& files_of_run,
+                            ByteSink& sink);
 
 }  // namespace scanmill::runner
