@@ -2,6 +2,7 @@
 #include "pipeline/coverage.hpp"
 
 #include <algorithm>
+#include <limits>
 
 #include "cloud/over_blocks.hpp"
 #include "geom/angles.hpp"
@@ -14,18 +15,36 @@ constexpr std::size_t kMostPairs = 400;  // views
 constexpr std::size_t kSeenBy = 8;
 constexpr double kNoAngle = 1e9;
 
+/// Bins of one block in the order in which points meet them. Points come row by row of a range map, so most repeat the
+/// bin before them, or one of the row above: a table of bins met lately keeps these out, not always.
+void bins_of_block(const PointBlock& block, const reduce::ReducedCloud& cloud, std::vector<LocalBin>& bins) {
+  constexpr std::size_t kLately = 4096;
+  constexpr std::int32_t kNowhere = std::numeric_limits<std::int32_t>::min();
+  bins.clear();
+  std::vector<LocalBin> lately(kLately, LocalBin{kNowhere, kNowhere, kNowhere});
+  const Vec3 origin = cloud.lattice.origin;
+  const double edge = cloud.lattice.edge_mm;
+  double i = 0, j = 0, k = 0;  // the bin before
+  for (const Vec3 p : block.positions) {
+    const double x = (p.x - origin.x) / edge, y = (p.y - origin.y) / edge, z = (p.z - origin.z) / edge;
+    if (!bins.empty() && x >= i && x < i + 1 && y >= j && y < j + 1 && z >= k && z < k + 1) continue;
+    const BinKey key = bin_of(cloud.lattice, p);
+    i = static_cast<double>(key.i), j = static_cast<double>(key.j), k = static_cast<double>(key.k);
+    const LocalBin bin{static_cast<std::int32_t>(key.i - cloud.base.i), static_cast<std::int32_t>(key.j - cloud.base.j),
+                       static_cast<std::int32_t>(key.k - cloud.base.k)};
+    const auto mixed = static_cast<std::uint32_t>(bin[0]) * 73856093u ^ static_cast<std::uint32_t>(bin[1]) * 19349663u ^
+                       static_cast<std::uint32_t>(bin[2]) * 83492791u;
+    LocalBin& met = lately[(mixed ^ mixed >> 16) % kLately];
+    if (met == bin) continue;
+    met = bin;
+    bins.push_back(bin);
+  }
+}
+
 /// Rows of the bins that one block touches, ascending, each once.
 void rows_of_block(const PointBlock& block, const reduce::ReducedCloud& cloud, BinIndex::Reader& reader,
                    std::vector<LocalBin>& bins, std::vector<std::int32_t>& rows) {
-  bins.clear();
-  LocalBin last{};
-  for (const Vec3 p : block.positions) {
-    const BinKey key = bin_of(cloud.lattice, p);
-    const LocalBin bin{static_cast<std::int32_t>(key.i - cloud.base.i), static_cast<std::int32_t>(key.j - cloud.base.j),
-                       static_cast<std::int32_t>(key.k - cloud.base.k)};
-    if (bins.empty() || bin != last) bins.push_back(bin);
-    last = bin;
-  }
+  bins_of_block(block, cloud, bins);
   std::sort(bins.begin(), bins.end());
   bins.erase(std::unique(bins.begin(), bins.end()), bins.end());
   rows.assign(bins.size(), kNoSlot);
