@@ -81,8 +81,11 @@ std::string archive_of_run(const std::string& record) {
     if (!text.ok()) return {};
     const auto tree = document::parse_yaml(*text, path);
     const document::Node* job = tree.ok() ? tree->find("job") : nullptr;
-    const document::Node* archive = job && job->is_map() ? job->find("archive") : nullptr;
-    return archive && archive->is_string() ? archive->as_string() : std::string();
+    if (!job || !job->is_map()) return {};
+    for (const char* key : {"archive_absolute", "archive"})  // the second is seen from the folder of the run
+      if (const document::Node* archive = job->find(key); archive && archive->is_string())
+        if (key == std::string_view("archive") || store::is_folder(archive->as_string())) return archive->as_string();
+    return {};
   }
   return {};
 }
@@ -94,6 +97,29 @@ std::string shown(const std::string& folder) {
   if (error || fs::path(folder).is_absolute()) return folder;
   const std::string text = whole.has_filename() ? whole.string() : whole.parent_path().string();
   return folder == "." || folder.starts_with("./") || folder.starts_with("../") ? text : folder;
+}
+
+/// What the runner wrote beside the record of all files of the scan, pictures, page and the record itself among them,
+/// and the record does not name. Nothing where a record stands alone.
+std::vector<Claim> other_files(const std::string& folder, const std::vector<Claim>& outputs) {
+  std::vector<Claim> others;
+  const std::string path = folder + "/.state.json";
+  if (!store::exists(path)) return others;
+  const auto source = store::open_file(path, path);
+  if (!source.ok()) return others;
+  const auto text = read_all(**source, kReportLimit);
+  const auto tree = text.ok() ? document::parse_json(*text, path) : Result<document::Node>(text.error());
+  const document::Node* files = tree.ok() && tree->is_map() ? tree->find("outputs") : nullptr;
+  if (files == nullptr || !files->is_sequence()) return others;
+  for (const document::Node& file : files->items()) {
+    const document::Node* name = file.is_map() ? file.find("name") : nullptr;
+    const document::Node* sum = file.is_map() ? file.find("sha256") : nullptr;
+    if (!name || !sum || !name->is_string() || !sum->is_string()) continue;
+    const bool known =
+        std::any_of(outputs.begin(), outputs.end(), [&](const Claim& c) { return c.file == name->as_string(); });
+    if (!known) others.push_back({name->as_string(), sum->as_string()});
+  }
+  return others;
 }
 
 /// Sentences about files that are not what the record says; returns how many are.
@@ -127,7 +153,7 @@ Result<std::uint64_t> check_files(const std::vector<Claim>& claims, const std::s
     if (found == claim.sha256)
       ++proven;
     else
-      problems.push_back(name + "was changed: its SHA-256 is " + found + ", the record says " + claim.sha256);
+      problems.push_back(name + "was changed: its SHA-256 is " + found + ", as written it was " + claim.sha256);
   }
   return proven;
 }
@@ -311,6 +337,11 @@ Result<ToolReport> audit_record(const AuditChoice& choice, const Context& contex
   report.values.set("inputs", static_cast<std::uint64_t>(claims.inputs.size()));
   report.values.set("outputs_proven", outputs);
   report.values.set("outputs", static_cast<std::uint64_t>(claims.outputs.size()));
+  std::vector<Claim> others = other_files(folder, claims.outputs);
+  if (!problems.empty()) std::erase_if(others, [](const Claim& claim) { return claim.file == "record.h5"; });
+  TRY_ASSIGN(const std::uint64_t as_written, check_files(others, folder, "file", problems));
+  report.values.set("other_files_proven", as_written);
+  report.values.set("other_files", static_cast<std::uint64_t>(others.size()));
   if (choice.rerun) {
     const std::size_t before = problems.size();
     if (auto done = rerun(claims, record, archive, context, progress, report.values, problems); !done.ok()) {

@@ -3,6 +3,7 @@
 
 #include "pipeline/views.hpp"
 #include "plan/accuracy.hpp"
+#include "plan/motion.hpp"
 #include "plan/stations.hpp"
 
 namespace scanmill::pipeline {
@@ -42,8 +43,8 @@ void views_of_plan(const plan::ScanPlan& plan, ScanSpec& scan) {
 }
 
 void judge_plan(const plan::ScanPlan& plan, ScanSpec& scan) {
-  for (const plan::State& state : plan::settle(plan))
-    for (const plan::Finding& finding : state.findings)
+  for (const plan::Step& step : plan::replay(plan).steps)  // the ways between stations too
+    for (const plan::Finding& finding : step.state.findings)
       if (finding.severity == plan::Severity::Warning)
         scan.notes.push_back(finding.text);
       else

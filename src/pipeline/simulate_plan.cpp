@@ -13,6 +13,7 @@
 #include "formats/mesh_reader.hpp"
 #include "formats/probe.hpp"
 #include "pipeline/fringe_files.hpp"
+#include "pipeline/tool_inputs.hpp"
 #include "pipeline/views.hpp"
 #include "plan/stations.hpp"
 #include "simulate/object.hpp"
@@ -186,6 +187,17 @@ class Archive {
     return out;
   }
   std::uint64_t points() const { return points_; }
+  /// What the user should know of the stations: those that no machine reaches, those that see nothing.
+  std::vector<std::string> notes() const {
+    std::vector<std::string> all = notes_;
+    for (const plan::State& state : states_)
+      for (const plan::Finding& finding : state.findings) all.push_back(finding.text);
+    return all;
+  }
+  bool has_range_files() const {
+    return std::any_of(plan_.stations.begin(), plan_.stations.end(),
+                       [](const plan::Station& station) { return !is_fringes(station.data); });
+  }
 
  private:
   Result<void> write_view(std::size_t s, const Context& context) {
@@ -215,6 +227,9 @@ class Archive {
                                    {view.map.pixels_x, view.map.pixels_y, view.map.points, scale}, comments, *sink));
     TRY(sink->commit());
     points_ += view.counts.returns;
+    if (view.counts.returns == 0)
+      notes_.push_back("station " + station.name +
+                       " sees nothing: the object is out of its field, depth band or sight");
     Node row = Node::map();
     row.set("name", station.name);
     row.set("data", station.data);
@@ -262,6 +277,7 @@ class Archive {
   Node views_ = Node::sequence();
   std::vector<fringe::Picture> plate_;
   std::uint64_t points_ = 0;
+  std::vector<std::string> notes_;
 };
 
 }  // namespace
@@ -293,7 +309,8 @@ Result<ToolReport> simulate_plan(const SimulateChoice& choice, const Context& co
   report.values.set("truth", truth);
   report.values.set("object", choice.object);
   report.values.set("stations", static_cast<std::uint64_t>(plan.stations.size()));
-  report.values.set("points", archive.points());
+  if (archive.has_range_files()) report.values.set("points", archive.points());
+  if (const std::vector<std::string> notes = archive.notes(); !notes.empty()) report.values.set("notes", texts(notes));
   return report;
 }
 

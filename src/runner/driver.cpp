@@ -79,6 +79,7 @@ class Driver {
     job_ = *std::move(job);
     report_.job_text = job_.text;
     report_.archive = job_.archive;
+    report_.archive_absolute = std::filesystem::absolute(job_.archive).lexically_normal().string();
     report_.threads = static_cast<int>(options_.threads   ? options_.threads
                                        : job_.how.threads ? job_.how.threads
                                                           : usable_cores());

@@ -182,6 +182,7 @@ Node to_document(const RunReport& report) {
   job.set("path", report.job_path);
   job.set("absolute", report.job_absolute);
   job.set("archive", report.archive);
+  if (!report.archive_absolute.empty()) job.set("archive_absolute", report.archive_absolute);
   job.set("set", texts(report.sets));
   job.set("only", texts(report.only));
   job.set("text", report.job_text);

@@ -60,7 +60,7 @@ struct ScanEntry {
 struct RunReport {
   std::string version;
   document::Node libraries;
-  std::string job_path, job_absolute, job_text, archive, out;
+  std::string job_path, job_absolute, job_text, archive, archive_absolute, out;
   std::vector<std::string> sets, only;
   std::string host, started, ended;
   int pid = 0, threads = 0;

@@ -69,6 +69,11 @@ def one_changed_byte_is_noticed(work):
         text = run("audit", folder, want=4)
         assert f"rejected: output {name}: was changed" in text and text.count("rejected:") == 1, text
         flip(f"{folder}/{name}", 200)
+    for name in ("report.html", "preview-shaded.png", "section-1.png"):
+        flip(f"{folder}/{name}", 200)
+        text = run("audit", folder, want=4)
+        assert f"rejected: file {name}: was changed" in text and text.count("rejected:") == 1, text
+        flip(f"{folder}/{name}", 200)
     os.rename(f"{folder}/mesh.stl", f"{folder}/away")
     assert "output mesh.stl: is not in" in run("audit", folder, want=4)
     os.rename(f"{folder}/away", f"{folder}/mesh.stl")
@@ -172,9 +177,12 @@ def a_forged_record_is_found_by_a_rerun(work):
         digest = content_of(f"{folder}/record.h5")[0]
         with h5py.File(f"{folder}/record.h5", "r+") as record:
             record.attrs.modify("content", numpy.bytes_(digest))
+        assert "rejected: file record.h5: was changed" in run("audit", folder, want=4)
+        os.rename(f"{folder}/.state.json", f"{work}/state.json")  # as a record that came without its tree
         run("audit", folder)
         text = run("audit", folder, "--rerun", want=4)
         assert "rejected: " in text and wanted in text, text
+        os.rename(f"{work}/state.json", f"{folder}/.state.json")
     shutil.copy(f"{work}/kept.h5", f"{folder}/record.h5")
     run("audit", folder, "--rerun")
 
