@@ -248,6 +248,17 @@ TEST(FitSurfaces, TakesEveryTriangleOnceWhateverTheMesh) {
     EXPECT_EQ(seen[t], mesh.triangles[t][0] == 3 && mesh.triangles[t][1] == 3 ? 0 : 1) << t;
 }
 
+/// Edges between run the same way twice, as some CAD files have them.
+TEST(FitSurfaces, EndsWhereTrianglesAreTurnedOver) {
+  Mesh mesh = tilted_plane(12);
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+    if (t % 7 < 3) std::swap(mesh.triangles[t][1], mesh.triangles[t][2]);
+  const FittedSurfaces surfaces = fitted(mesh, samples_of(mesh));
+  std::size_t triangles = surfaces.facets.size();
+  for (const FittedChart& chart : surfaces.charts) triangles += chart.triangles.size();
+  EXPECT_EQ(triangles, mesh.triangles.size());
+}
+
 TEST(FitSurfaces, RefusesWhatIsNoLengthAndStopsOnRequest) {
   const Mesh mesh = tilted_plane(4);
   const Workers workers;
