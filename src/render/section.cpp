@@ -4,8 +4,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <string>
 #include <vector>
 
+#include "base/text.hpp"
 #include "mesh/section_drawing.hpp"
 #include "render/camera.hpp"
 #include "render/colours.hpp"
@@ -26,12 +28,12 @@ struct Window {
   Segment between(Uv a, Uv b) const { return {x(a), y(a), x(b), y(b)}; }
 };
 
-Window window_of(const Section& section, double width, double text) {
+Window window_of(const Section& section, double width, double text, double lines) {
   const DrawnBounds bounds = drawn_bounds(section);
   Window w;
   const double margin = 1.6 * text;
   w.left = margin;
-  w.top = 6.2 * text;
+  w.top = (4.5 + 1.7 * lines) * text;
   w.width = width - 2 * margin;
   w.height = width / 4 - 10.5 * text;
   if (bounds.empty()) return w;
@@ -145,18 +147,51 @@ void draw_bar(const Window& w, double text, Image& image) {
   draw_text(image, x + pixels + text, y + text / 2, length_text(length, length) + " mm", text, kInk);
 }
 
+/// "+x", or a direction as three numbers.
+std::string direction_text(Vec3 d) {
+  const double parts[] = {d.x, d.y, d.z};
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    if (std::abs(parts[axis]) > 0.9999)
+      return std::string(parts[axis] > 0 ? "+" : "-") + static_cast<char>('x' + static_cast<int>(axis));
+  const auto two_digits = [](double value) { return number_text(std::floor(value * 100 + 0.5) / 100 + 0.0); };
+  return "(" + two_digits(d.x) + " " + two_digits(d.y) + " " + two_digits(d.z) + ")";
+}
+
+void draw_directions(const SectionFrame& frame, double text, Image& image) {
+  const std::string words = "right " + direction_text(frame.right) + ", up " + direction_text(frame.up);
+  draw_text(image, image.width - 1.6 * text - text_width(words, text), image.height - 1.3 * text, words, text,
+            kFaintInk);
+}
+
+/// Parts between semicolons, as many to a line as there is room for.
+std::vector<std::string> wrapped(const std::string& words, double size, double room) {
+  std::vector<std::string> lines;
+  for (std::size_t at = 0; at < words.size();) {
+    const std::size_t end = std::min(words.find("; ", at), words.size());
+    const std::string part = words.substr(at, end - at);
+    if (lines.empty() || text_width(lines.back() + "; " + part, size) > room)
+      lines.push_back(part);
+    else
+      lines.back() += "; " + part;
+    at = end + 2;
+  }
+  return lines;
+}
+
 }  // namespace
 
 Result<Image> render_section(const Section& section, int width) {
   if (width < 320 || width > 16384)
     return fail(Code::BadParameter, "found a width of " + std::to_string(width) + "; allowed 320 .. 16384 pixels");
   const double text = std::clamp(width / 96.0, 8.0, 60.0);
-  const Window w = window_of(section, width, text);
-  Image image(width, static_cast<int>(w.top + w.height + 4.2 * text), kPaper);
   const double room = width - 3.2 * text;
+  const std::vector<std::string> figures = wrapped(section_figures(section), 0.92 * text, room);
+  const Window w = window_of(section, width, text, static_cast<double>(figures.size()));
+  Image image(width, static_cast<int>(w.top + w.height + 4.2 * text), kPaper);
   draw_text(image, 1.6 * text, 2.6 * text, text_within(section.frame.name, 1.25 * text, room), 1.25 * text, kInk);
-  draw_text(image, 1.6 * text, 4.8 * text, text_within(section_figures(section), 0.92 * text, room), 0.92 * text,
-            kFaintInk);
+  for (std::size_t n = 0; n < figures.size(); ++n)
+    draw_text(image, 1.6 * text, (4.8 + 1.7 * static_cast<double>(n)) * text,
+              text_within(figures[n], 0.92 * text, room), 0.92 * text, kFaintInk);
   std::vector<Segment> dots;
   for (const SectionPoint& point : section.points) dots.push_back(w.between(point.at, point.at));
   draw_strokes(image, dots, std::max(2.0, text / 4.5), kSlabPoint);
@@ -164,6 +199,7 @@ Result<Image> render_section(const Section& section, int width) {
   draw_lines(section, w, std::max(1.5, text / 6), image);
   if (section.worst) draw_worst(section, w, text, image);
   draw_bar(w, text, image);
+  draw_directions(section.frame, text, image);
   return image;
 }
 
