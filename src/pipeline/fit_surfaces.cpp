@@ -61,11 +61,19 @@ std::string surfaces_note(const ScanSurfaces& surfaces, const std::string& file)
                                                          : surfaces.step == 3 ? "rd"
                                                                               : "th") +
                                                         " point of the cloud";
+  if (fitted.charts.empty())
+    return file + " holds " + counted(fitted.corners.size(), "triangle") +
+           " and no B-spline surface: the mesh is too coarse or too rough for surfaces within " +
+           mm_text(fitted.tolerance_mm) + " mm; style brep says the same in a form that CAD programs take better";
+  const char* wide =
+      fitted.gap_mm > 2 * fitted.tolerance_mm
+          ? ", more than twice the tolerance: look at the edges before the file is used, or write style brep"
+          : "";
   return file + " holds " + counted(fitted.charts.size(), "B-spline surface") + " over " + percent_text(share) +
          " % of the area, within " + mm_text(fitted.tolerance_mm) + " mm of " + judges + " (greatest distance " +
          mm_text(fitted.max_mm) + ", rms " + mm_text(fitted.rms_mm) + " mm), and " + percent_text(1 - share) +
          " % as facets (" + counted(fitted.corners.size(), "triangle") +
-         "); along their borders surfaces are at most " + mm_text(fitted.gap_mm) + " mm apart";
+         "); along their borders surfaces are at most " + mm_text(fitted.gap_mm) + " mm apart" + wide;
 }
 
 }  // namespace scanmill::pipeline
