@@ -41,6 +41,17 @@ std::string view_name(const ScanPoints& points, std::uint32_t view) {
   return spec.station.empty() ? spec.path : spec.station;
 }
 
+constexpr const char* kMotions[] = {"turn about x",  "turn about y",  "turn about z",
+                                    "shift along x", "shift along y", "shift along z"};
+
+/// Bend says more than this of the stated accuracy: pieces are too coarse for the part.
+constexpr double kCoarse = 0.1;
+
+bool too_coarse(const RefinedScan& refined) {
+  const refine::Report& report = *refined.report;
+  return report.bend_mm > report.noise_mm && report.bend_mm > kCoarse * refined.accuracy.shift_mm;
+}
+
 }  // namespace
 
 Result<RefinedScan> refine_scan(ScanPoints& points, const ScanSpec& scan, const What& what, const Context& context,
@@ -52,6 +63,7 @@ Result<RefinedScan> refine_scan(ScanPoints& points, const ScanSpec& scan, const 
     return fail(Code::BadParameter,
                 "refine.datum is on, but the plan has no keep_out body that moves with the part (on: part)",
                 scan.description);
+  out.on_datum = what.refine.datum;
   progress.stage("refine", 0, 0);
   out.told.resize(points.specs().size());
   for (const OpenView& view : points.views()) out.told[index_of(view.id)] = view.pose;
@@ -76,6 +88,25 @@ void add_refine_notes(const RefinedScan& refined, const ScanPoints& points, std:
     turn = std::max(turn, report.views[v].turn_deg);
     if (!report.views[v].at_limit) continue;
     if (++at_limit <= 3) held += (held.empty() ? "" : ", ") + view_name(points, static_cast<std::uint32_t>(v));
+  }
+  if (too_coarse(refined))
+    notes.push_back("refine: pieces of " + short_mm(report.patch_mm) +
+                    " mm are coarse for this surface: its bend leaves their height open by " +
+                    short_mm(report.bend_mm) + " mm, noise by " + short_mm(report.noise_mm) +
+                    " mm; they count by that, and where they say little views stay where the machine says; denser "
+                    "views tell more");
+  std::string open;
+  for (std::size_t i = 0; i < report.datum_open.size(); ++i)
+    if (report.datum_open[i]) open += (open.empty() ? "" : ", ") + std::string(kMotions[i]);
+  if (!open.empty())
+    notes.push_back("refine: the datum's faces in view leave open: " + open +
+                    " of the whole; there the machine's word counts");
+  if (report.left) {
+    notes.push_back("refine: views were left where the machine says: gaps between " +
+                    counted(report.pairs.size(), "pair") + " of views are " + short_mm(report.before_mm) +
+                    " mm there, and moving views brought them to " + short_mm(report.fitted_mm) +
+                    " mm, no gain beyond noise");
+    return;
   }
   notes.push_back("refine: views were moved by up to " + short_mm(shift) + " mm and " + short_mm(turn) +
                   " deg; gaps between " + counted(report.pairs.size(), "pair") + " of views went from " +
@@ -126,6 +157,17 @@ Result<WrittenFile> write_refinement(const RefinedScan& refined, const ScanPoint
   root.set("settled", report.settled);
   root.set("gap_before_mm", report.before_mm);
   root.set("gap_after_mm", report.after_mm);
+  root.set("fitted_mm", report.fitted_mm);
+  root.set("left", report.left);
+  root.set("noise_mm", report.noise_mm);
+  root.set("bend_mm", report.bend_mm);
+  root.set("coarse", too_coarse(refined));
+  if (refined.on_datum) {
+    Node open = Node::sequence();
+    for (std::size_t i = 0; i < report.datum_open.size(); ++i)
+      if (report.datum_open[i]) open.push(Node(kMotions[i]));
+    root.set("datum_open", std::move(open));
+  }
   if (report.datum_matches > 0) {
     root.set("datum_matches", report.datum_matches);
     root.set("datum_gap_before_mm", report.datum_before_mm);

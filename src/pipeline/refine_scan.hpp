@@ -18,6 +18,7 @@ struct RefinedScan {
   std::optional<refine::Report> report;  // empty when the job does not ask for it
   std::vector<Pose> told, poses;         // by view id: as the machine says, and as used
   refine::Accuracy accuracy;
+  bool on_datum = false;  // keep_out bodies hold the whole
 };
 
 /// Poses of `points` are what the machine says before, and the refined ones after.

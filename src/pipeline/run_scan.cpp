@@ -122,7 +122,7 @@ KeyTexts key_texts(const What& what, const std::string& scan) {
   }
   KeyTexts texts{document::to_canonical_json(keys), document::to_canonical_json(late)};
   // Views that were moved are not made again from a record: with them every key means meshing.
-  if (what.refine.poses) texts.mesh += "\nrefine 1\n" + texts.late;
+  if (what.refine.poses) texts.mesh += "\nrefine 2\n" + texts.late;
   return texts;
 }
 

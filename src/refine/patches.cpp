@@ -102,7 +102,8 @@ void add_patches(const PointBlock& block, double edge, std::vector<Patch>& out, 
       points.push_back(block.positions[placed[end].row]);
     const auto plane = plane_of(points, edge);
     if (!plane) continue;
-    Patch patch{plane->centre, plane->normal, index_of(block.view)};
+    Patch patch{plane->centre, plane->normal, index_of(block.view), plane->rms,
+                static_cast<std::uint32_t>(points.size())};
     const ViewPoint& seen = block.view_point;
     if (seen.eye || seen.direction) {
       const Vec3 towards = seen.eye ? *seen.eye - patch.centre : *seen.direction;

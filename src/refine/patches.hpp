@@ -15,6 +15,8 @@ struct Patch {
   Vec3 centre,
       normal;  // global frame as the source places them; the normal unit, towards the sensor where that is known
   std::uint32_t view = 0;
+  double rms = 0;  // of its points about its plane, mm: noise and, on curved surfaces, how far the piece is from flat
+  std::uint32_t points = 0;
 };
 
 struct Patches {

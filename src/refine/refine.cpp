@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Every round matches patches and solves once for small motions of all views (Gauss-Newton): least squares of the gaps
-// along the mean normal, weighted by Geman and McClure's rational function, plus the machine's word as a weak spring.
+// along the mean normal, each by what its pieces' noise and bend leave of it and by Geman and McClure's rational
+// function, plus the machine's word as a prior: the most probable poses. Where surfaces say nothing, the machine does.
 // A view that would leave its accuracy is held at the limit; the others answer in the next round.
 #include "refine/refine.hpp"
 
@@ -14,9 +15,13 @@
 namespace scanmill::refine {
 namespace {
 
-constexpr double kSettled = 1e-4;   // mm; no patch moved farther
-constexpr double kLeastGap = 1e-4;  // mm; gaps are not known better
-constexpr double kSpring = 0.5;     // the machine's standard deviation, of its accuracy
+constexpr double kSettled = 1e-4;     // mm; no patch moved farther
+constexpr double kSigmas = 3;         // the accuracy is so many standard deviations of the machine
+constexpr double kFlat = 1.5;         // times the noise's square: pieces within are flat
+constexpr double kBend = 0.3;         // of a piece's departure from a plane: how far its mean may lie off the surface
+constexpr double kLeastSigma = 1e-4;  // mm; no piece's height is known better
+constexpr double kGain = 0.9;         // gaps that do not shrink below so much of what they were are noise
+constexpr double kOpen = 0.5;         // of the machine's sigma: what a datum does not tell better stays open
 constexpr double kRadian = 57.29577951308232;
 constexpr double kFaceCosine = 0.95;
 
@@ -28,14 +33,23 @@ struct Row {
   std::uint32_t other = 0;  // the same: the plane stands still
   Six mine{}, others{};     // derivative of the gap by the six of each
   double gap = 0, weight = 0;
+  double variance = 0;  // of the gap, mm^2, from what its pieces are
+  double share = 1;     // of what is told here: k pieces at one place tell k - 1 gaps, not k (k - 1)
 };
 
-double spread_of(std::vector<double> sizes) {
+double median_of(std::vector<double> sizes) {
   if (sizes.empty()) return 0;
   const auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
   std::nth_element(sizes.begin(), middle, sizes.end());
-  return 1.4826 * *middle;
+  return *middle;
 }
+double spread_of(std::vector<double> sizes) { return 1.4826 * median_of(std::move(sizes)); }
+
+/// The machine's word as information about a turn and a shift.
+struct Springs {
+  double turn = 0, shift = 0;  // standard deviations: radians, mm
+  double weight(std::size_t i) const { return i < 3 ? 1 / (turn * turn) : 1 / (shift * shift); }
+};
 
 /// Turn about `axis` by its length in radians.
 Pose turned(Vec3 axis) { return pose_turned(axis, norm(axis) * kRadian); }
@@ -67,6 +81,7 @@ class Refiner {
 
   Result<Refinement> run(const Params& params, const Context& context) {
     Report report;
+    judge(report);
     report.patch_mm = patches_.edge_mm;
     report.patches = first_.size();
     report.views.resize(told_.size());
@@ -83,23 +98,92 @@ class Refiner {
     }
     if (context.cancel.is_set()) return fail(Code::Cancelled, "stopped while poses were refined");
     report.matches = matches.size();
-    report.after_mm = spread(matches);
-    const std::vector<Row> on_bodies = datum_rows();
+    report.after_mm = report.fitted_mm = spread(matches);
+    std::vector<Row> on_bodies = datum_rows();
     report.datum_matches = on_bodies.size();
     report.datum_after_mm = spread(on_bodies);
+    if (report.left = fits_as_told(report); report.left) {
+      poses_ = told_;
+      place();
+      matches = matches_of(patches_, context);
+      if (context.cancel.is_set()) return fail(Code::Cancelled, "stopped while poses were refined");
+      on_bodies = datum_rows();
+      report.matches = matches.size();
+      report.datum_matches = on_bodies.size();
+      report.after_mm = report.before_mm;
+      report.datum_after_mm = report.datum_before_mm;
+    }
+    if (!datums_.empty()) report.datum_open = left_open(on_bodies);
     report.pairs = joined(std::move(before), pairs_of(matches));
     for (std::size_t v = 0; v < told_.size(); ++v) {
       if (report.views[v].patches == 0) continue;
       const PoseGap gap = gap_between(poses_[v], told_[v]);
       report.views[v].shift_mm = gap.mm;
       report.views[v].turn_deg = gap.degrees;
-      report.views[v].at_limit =
-          gap.mm >= accuracy_.shift_mm * (1 - 1e-9) || gap.degrees >= accuracy_.turn_deg * (1 - 1e-9);
+      report.views[v].at_limit = at_limit(v);
     }
     return Refinement{poses_, std::move(report)};
   }
 
  private:
+  /// How well every piece's height is known: noise, and the bend of the surface, which pieces of other views cut
+  /// elsewhere. The flattest tenth of the pieces tells the noise.
+  void judge(Report& report) {
+    std::vector<double> sizes, bends, means;
+    for (const Patch& patch : first_) sizes.push_back(patch.rms);
+    const auto tenth = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 10);
+    std::nth_element(sizes.begin(), tenth, sizes.end());
+    const double noise2 = kFlat * *tenth * *tenth;
+    for (const Patch& patch : first_) {
+      const double all2 = patch.rms * patch.rms, flat2 = std::min(all2, noise2), bend2 = all2 - flat2;
+      variance_.push_back(flat2 / patch.points + kBend * kBend * bend2 + kLeastSigma * kLeastSigma);
+      bends.push_back(kBend * std::sqrt(bend2));
+      means.push_back(std::sqrt(flat2 / patch.points));
+    }
+    report.bend_mm = median_of(std::move(bends));
+    report.noise_mm = median_of(std::move(means));
+  }
+
+  bool at_limit(std::size_t v) const {
+    const PoseGap gap = gap_between(poses_[v], told_[v]);
+    return gap.mm >= accuracy_.shift_mm * (1 - 1e-9) || gap.degrees >= accuracy_.turn_deg * (1 - 1e-9);
+  }
+
+  /// Views that fit as well where the machine says as where they were moved to: the move follows noise.
+  bool fits_as_told(const Report& report) const {
+    for (std::size_t v = 0; v < poses_.size(); ++v)
+      if (report.views[v].patches > 0 && at_limit(v)) return false;
+    return report.after_mm > kGain * report.before_mm &&
+           (report.datum_matches == 0 || report.datum_after_mm > kGain * report.datum_before_mm);
+  }
+
+  /// Motions of the whole about the middle of its pieces that these rows do not tell better than the machine does.
+  std::array<bool, 6> left_open(std::vector<Row> rows) const {
+    weigh(rows);
+    Vec3 middle;
+    for (const Patch& patch : patches_.list) middle += patch.centre * (1 / static_cast<double>(patches_.list.size()));
+    std::array<bool, 6> open{};
+    for (std::size_t k = 0; k < 6; ++k) {
+      Envelope system(std::vector<std::size_t>(6, 0));
+      std::vector<double> column(6, 0.0);
+      const Springs springs = this->springs();
+      for (std::size_t i = 0; i < 6; ++i) system.at(i, i) = springs.weight(i);
+      for (const Row& row : rows) {
+        // About the middle instead of the view's pivot.
+        const Vec3 turn = Vec3{row.mine[0], row.mine[1], row.mine[2]} +
+                          cross(poses_[row.view].translation - middle, {row.mine[3], row.mine[4], row.mine[5]});
+        const Six six{turn.x, turn.y, turn.z, row.mine[3], row.mine[4], row.mine[5]};
+        for (std::size_t i = 0; i < 6; ++i)
+          for (std::size_t j = 0; j <= i; ++j) system.at(i, j) += row.weight * six[i] * six[j];
+      }
+      column[k] = 1;
+      if (!system.factor()) continue;
+      system.solve(column);
+      open[k] = column[k] * springs.weight(k) > kOpen * kOpen;
+    }
+    return open;
+  }
+
   static double spread(const std::vector<Match>& matches) {
     std::vector<double> sizes;
     for (const Match& match : matches) sizes.push_back(std::abs(match.gap));
@@ -154,7 +238,8 @@ class Refiner {
       const double low[3] = {datum.box.low.x, datum.box.low.y, datum.box.low.z};
       const double high[3] = {datum.box.high.x, datum.box.high.y, datum.box.high.z};
       const double edge = patches_.edge_mm;
-      for (const Patch& patch : patches_.list) {
+      for (std::size_t own = 0; own < patches_.list.size(); ++own) {
+        const Patch& patch = patches_.list[own];
         const Vec3 p = to_body.apply(patch.centre), n = to_body.turn(patch.normal);
         const double at[3] = {p.x, p.y, p.z}, up[3] = {n.x, n.y, n.z};
         for (int k = 0; k < 3; ++k) {
@@ -170,6 +255,7 @@ class Refiner {
             row.view = row.other = patch.view;
             row.mine = derivative(patch.centre, poses_[patch.view].translation, normal, 1);
             row.gap = gap;
+            row.variance = variance_[own];
             rows.push_back(row);
           }
         }
@@ -181,6 +267,8 @@ class Refiner {
   std::vector<Row> match_rows(const std::vector<Match>& matches) const {
     std::vector<Row> rows;
     rows.reserve(matches.size());
+    std::vector<std::uint32_t> met(patches_.list.size(), 1);
+    for (const Match& match : matches) ++met[match.a];
     for (const Match& match : matches) {
       const Patch &a = patches_.list[match.a], &b = patches_.list[match.b];
       Row row;
@@ -189,6 +277,8 @@ class Refiner {
       row.mine = derivative(a.centre, poses_[a.view].translation, match.normal, 1);
       row.others = derivative(b.centre, poses_[b.view].translation, match.normal, -1);
       row.gap = match.gap;
+      row.variance = variance_[match.a] + variance_[match.b];
+      row.share = 1.0 / met[match.a];
       // The mean normal turns with both: without this, turning everything would seem to change gaps.
       const Vec3 other = dot(a.normal, b.normal) < 0 ? -b.normal : b.normal;
       const Vec3 between = a.centre - b.centre, beside = between - match.normal * dot(between, match.normal);
@@ -206,11 +296,14 @@ class Refiner {
     six[2] += turn.z;
   }
 
+  /// By what each gap's pieces are worth; Geman and McClure's function of the gap in the spread that is left.
   static void weigh(std::vector<Row>& rows) {
-    const double spread_mm = std::max(spread(rows), kLeastGap);
+    std::vector<double> sizes;
+    for (const Row& row : rows) sizes.push_back(std::abs(row.gap) / std::sqrt(row.variance));
+    const double scale = std::max(spread_of(std::move(sizes)), 1.0);
     for (Row& row : rows) {
-      const double far = row.gap / (2 * spread_mm), fall = 1 / (1 + far * far);
-      row.weight = fall * fall / (spread_mm * spread_mm);
+      const double sigma2 = scale * scale * row.variance, fall = 1 / (1 + row.gap * row.gap / (4 * sigma2));
+      row.weight = row.share * fall * fall / sigma2;
     }
   }
 
@@ -258,14 +351,17 @@ class Refiner {
       block(row.other, row.others, row.view, row.mine);
   }
 
+  Springs springs() const {
+    return {std::max(accuracy_.turn_deg / kRadian / kSigmas, 1e-9), std::max(accuracy_.shift_mm / kSigmas, 1e-6)};
+  }
+
   void add_springs(Envelope& system, std::vector<double>& right) const {
-    const double shift = std::max(kSpring * accuracy_.shift_mm, 1e-6);
-    const double turn = std::max(kSpring * accuracy_.turn_deg / kRadian, 1e-9);
+    const Springs springs = this->springs();
     for (std::size_t v = 0; v < poses_.size(); ++v) {
       const Vec3 r = turn_between(told_[v], poses_[v]), t = poses_[v].translation - told_[v].translation;
       const double off[6] = {r.x, r.y, r.z, t.x, t.y, t.z};
       for (std::size_t i = 0; i < 6; ++i) {
-        const double weight = i < 3 ? 1 / (turn * turn) : 1 / (shift * shift);
+        const double weight = springs.weight(i);
         system.at(6 * v + i, 6 * v + i) += weight;
         right[6 * v + i] -= weight * off[i];
       }
@@ -305,6 +401,7 @@ class Refiner {
   Patches patches_;
   std::vector<Patch> first_;  // as the machine places them
   std::vector<Pose> told_, poses_;
+  std::vector<double> variance_;  // of every patch's height, mm^2
   Accuracy accuracy_;
   std::span<const Datum> datums_;
 };

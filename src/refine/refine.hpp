@@ -5,6 +5,7 @@
 // What all views share, a motion of the whole, no view can tell: the machine's word alone decides there, or bodies
 // whose place is known (`datum`).
 #pragma once
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -15,7 +16,8 @@
 
 namespace scanmill::refine {
 
-/// How far the sensor's reference point may have stood from where the machine says, and how much it may be turned.
+/// How far the sensor's reference point may have stood from where the machine says, and how much it may be turned: the
+/// limit, and three standard deviations of the prior.
 struct Accuracy {
   double shift_mm = 0, turn_deg = 0;
 };
@@ -43,8 +45,13 @@ struct Report {
   double patch_mm = 0;
   std::uint64_t patches = 0, matches = 0, datum_matches = 0;
   std::int64_t rounds = 0;
-  bool settled = false;                            // the last round moved no patch by a tenth of a micrometre
-  double before_mm = 0, after_mm = 0;              // of all matches
+  bool settled = false;                // the last round moved no patch by a tenth of a micrometre
+  double before_mm = 0, after_mm = 0;  // of all matches
+  double fitted_mm = 0;                // where moving brought it; after_mm unless the views were left
+  bool left = false;                   // moving gained nothing beyond noise: poses are what the machine says
+  double noise_mm = 0;                 // of a piece's height, from the noise of its points (median)
+  double bend_mm = 0;                  // of a piece's height, from how far it is from flat (median)
+  std::array<bool, 6> datum_open{};    // turns, then shifts of the whole that the datum's faces do not tell
   double datum_before_mm = 0, datum_after_mm = 0;  // of patches on bodies
   std::vector<PairReport> pairs;
   std::vector<ViewReport> views;  // by view id

@@ -117,6 +117,31 @@ TEST(RefinePoses, LeavesViewsThatFitWhereTheyAre) {
   }
 }
 
+TEST(RefinePoses, MovesNothingForTheSakeOfNoise) {
+  const Views views = sheet(0, 0);
+  const Refinement result = refined(views, {0.15, 0.08});
+  EXPECT_TRUE(result.report.left);
+  EXPECT_EQ(result.poses, views.told);
+  EXPECT_EQ(result.report.after_mm, result.report.before_mm);
+  EXPECT_GT(result.report.fitted_mm, 0.9 * result.report.before_mm);
+  EXPECT_FALSE(refined(sheet(0.1, 0.05), {0.15, 0.08}).report.left);
+}
+
+TEST(RefinePoses, KnowsPiecesThatAreTooCoarseForTheSurface) {
+  const Views views = sheet(0.1, 0.05);
+  const ChunkLoop loop(1);
+  const CancelFlag cancel;
+  auto with = [&](double edge) {
+    Params params;
+    params.patch_mm = edge;
+    return refine_poses(views, views.told, {0.15, 0.08}, {}, params, {loop, cancel}).value();
+  };
+  const Refinement fine = with(1), coarse = with(6);
+  EXPECT_LT(fine.report.bend_mm, fine.report.noise_mm);
+  EXPECT_GT(coarse.report.bend_mm, 10 * coarse.report.noise_mm);
+  EXPECT_LT(rms_off_sheet(views, coarse.poses), rms_off_sheet(views, views.told));
+}
+
 TEST(RefinePoses, NeverLeavesTheStatedAccuracy) {
   const Views views = sheet(0.3, 0.2);
   const Accuracy accuracy{0.1, 0.05};
@@ -159,6 +184,8 @@ TEST(RefinePoses, HoldsTheWholeOnABodyThatIsKnown) {
   EXPECT_GT(held.report.datum_matches, 100u);
   EXPECT_NEAR(held.report.datum_before_mm, 0.08 * 1.4826, 0.02);  // all the same way: 1.48 times the median
   EXPECT_LT(held.report.datum_after_mm, 0.005);
+  // A level face tells height and both tilts, and nothing of the rest.
+  EXPECT_EQ(held.report.datum_open, (std::array<bool, 6>{false, false, true, true, true, false}));
   for (const Pose& pose : held.poses) EXPECT_NEAR(pose.translation.z, 150 - 0.08, 0.003);
   for (const Pose& pose : free.poses) EXPECT_NEAR(pose.translation.z, 150, 0.003);
 }
