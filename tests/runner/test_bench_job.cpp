@@ -53,7 +53,8 @@ class BenchJob : public RunnerTest {
   void doctor(const std::string& path, double factor) {
     auto bench = job_bench_from(*document::parse_json(slurp(path), path), path);
     ASSERT_TRUE(bench.ok());
-    for (JobTiming& run : bench->runs) run.yardsticks.median *= factor;
+    for (JobTiming& run : bench->runs)
+      for (double* cost : {&run.yardsticks.median, &run.yardsticks.least}) *cost *= factor;
     spill(path, document::to_json(to_document(*bench)));
   }
   int runs = 0, repeats = 2, threads = 2;
