@@ -16,6 +16,12 @@ constexpr double kOneFace = 0.7;       // least cosine of normals on one face
 constexpr double kFlat = 0.2;          // greatest residual there, bin edges
 constexpr double kLeastStep = 0.5;  // of c2: nearer to a kept point than that, a point would close little of the void
 
+/// Points around one, kept from row to row for their memory.
+struct Scratch {
+  std::vector<std::int32_t> rows, wide;
+  std::vector<std::uint32_t> kept;
+};
+
 struct Thinning {
   ReducedCloud& cloud;
   const std::vector<double>& order;
@@ -41,7 +47,7 @@ struct Thinning {
   std::vector<std::uint8_t> beside_voids(const std::vector<std::uint8_t>& marked,
                                          const std::vector<std::uint8_t>& kept) const;
   bool is_beside_void(std::size_t row, const std::vector<std::uint8_t>& marked, const std::vector<std::uint8_t>& kept,
-                      BinIndex::Reader& reader, std::vector<std::int32_t>& around) const;
+                      BinIndex::Reader& reader, Scratch& near) const;
 };
 
 std::vector<std::uint8_t> Thinning::greedy(const std::vector<std::uint8_t>& marked) const {
@@ -97,36 +103,47 @@ std::vector<std::uint8_t> Thinning::greedy(const std::vector<std::uint8_t>& mark
 }
 
 bool Thinning::is_beside_void(std::size_t row, const std::vector<std::uint8_t>& marked,
-                              const std::vector<std::uint8_t>& kept, BinIndex::Reader& reader,
-                              std::vector<std::int32_t>& around) const {
+                              const std::vector<std::uint8_t>& kept, BinIndex::Reader& reader, Scratch& near) const {
   const double h = cloud.lattice.edge_mm, radius = kVoid * h, radius2 = radius * radius;
   const double least2 = kLeastStep * kLeastStep * limit2, farthest2 = kFarthestPair * kFarthestPair * h * h;
-  around.clear();
-  reader.window(cloud.bins[row], 2, around);
-  for (const std::int32_t near : around)
-    if (kept[static_cast<std::size_t>(near)] && distance2(row, static_cast<std::size_t>(near)) < least2) return false;
-  const std::size_t inner = around.size();
+  // Some kept point lies within c2 of this one, so that balls about nearer pairs hold it.
+  const double apart = std::max(0.0, radius - std::sqrt(limit2)), dropped2 = 4 * apart * apart;
+  const double beyond = radius + apart, kept2 = beyond * beyond;
+  near.rows.clear();
+  near.kept.clear();
+  reader.window(cloud.bins[row], 2, near.rows);
+  for (const std::int32_t neighbour : near.rows) {
+    const auto other = static_cast<std::size_t>(neighbour);
+    if (!kept[other]) continue;
+    const double d2 = distance2(row, other);
+    if (d2 < least2) return false;
+    near.kept.push_back(static_cast<std::uint32_t>(other));
+    if (d2 < limit2) std::swap(near.kept.front(), near.kept.back());  // likely in the ball: asked first
+  }
+  const std::size_t inner = near.rows.size();
   bool widened = false;
   const auto holds_kept = [&](std::size_t begin, const Vec3& centre, std::size_t except) {
-    for (std::size_t i = begin; i < around.size(); ++i) {
-      const auto other = static_cast<std::size_t>(around[i]);
-      if (kept[other] && other != except && norm2(position[other] - centre) < radius2) return true;
-    }
+    for (std::size_t i = begin; i < near.kept.size(); ++i)
+      if (near.kept[i] != except && norm2(position[near.kept[i]] - centre) < radius2) return true;
     return false;
   };
   for (std::size_t i = 0; i < inner; ++i) {
-    const auto other = static_cast<std::size_t>(around[i]);
-    if (other == row || !marked[other] || !on_one_face(row, other)) continue;
+    const auto other = static_cast<std::size_t>(near.rows[i]);
+    if (other == row || !marked[other]) continue;
     const double d2 = distance2(row, other);
-    if (d2 > farthest2 || (kept[other] && d2 <= radius2)) continue;
+    if (d2 > farthest2 || d2 < (kept[other] ? kept2 : dropped2) || !on_one_face(row, other)) continue;
     // Between two dropped points the ball stands in the middle; a kept one lies on it.
     const Vec3 centre = kept[other] ? position[other] + (position[row] - position[other]) * (radius / std::sqrt(d2))
                                     : (position[row] + position[other]) * 0.5;
     if (holds_kept(0, centre, other)) continue;
     if (!widened) {
-      reader.window(cloud.bins[row], 3, around);
+      const std::size_t known = near.kept.size();
+      near.wide.clear();
+      reader.window(cloud.bins[row], 3, near.wide);
+      for (const std::int32_t far : near.wide)
+        if (kept[static_cast<std::size_t>(far)]) near.kept.push_back(static_cast<std::uint32_t>(far));
       widened = true;
-      if (holds_kept(inner, centre, other)) continue;
+      if (holds_kept(known, centre, other)) continue;
     }
     return true;
   }
@@ -138,9 +155,10 @@ std::vector<std::uint8_t> Thinning::beside_voids(const std::vector<std::uint8_t>
   std::vector<std::uint8_t> found(cloud.size(), 0);
   for_each_range(context, cloud.size(), kGrain, [&](std::size_t begin, std::size_t end) {
     BinIndex::Reader reader(cloud.index);
-    std::vector<std::int32_t> around;
+    Scratch near;
     for (std::size_t row = begin; row < end; ++row)
-      if (marked[row] && !kept[row]) found[row] = is_beside_void(row, marked, kept, reader, around);
+      if (marked[row] && !kept[row] && cloud.residual[row] <= kFlat)
+        found[row] = is_beside_void(row, marked, kept, reader, near);
   });
   return found;
 }
