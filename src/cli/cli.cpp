@@ -90,6 +90,8 @@ CLI::App& command(CLI::App& app, Options& options, const char* name, const char*
   sub.add_option("--progress", options.common.progress, "auto, tty, plain, json or none.");
   sub.add_option("--threads", options.common.threads, "Threads to use; all by default.")->check(CLI::Range(1, 1024));
   sub.add_option("--memory", options.common.memory, "Memory cap such as 512M or 2G; 80 % of the machine's by default.");
+  sub.add_option("--disk", options.common.disk,
+                 "Disk for what does not fit under the memory cap, such as 30G; 80 % of what is free by default.");
   return sub;
 }
 

@@ -3,7 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 
+#include "base/paged_memory.hpp"
 #include "base/text.hpp"
 #include "cli/pipeline_work.hpp"
 #include "cli/versions.hpp"
@@ -92,13 +94,28 @@ Result<runner::ConsoleOptions> CommonOptions::console() const {
   return runner::ConsoleOptions{static_cast<runner::ProgressStyle>(style - std::begin(kStyles)), json, quiet};
 }
 
-Result<std::uint64_t> CommonOptions::memory_cap() const {
-  if (memory.empty()) return std::uint64_t{0};
-  const auto bytes = parse_size(memory);
+namespace {
+
+/// 0 when nothing is given.
+Result<std::uint64_t> size_of(const std::string& text, const char* option) {
+  if (text.empty()) return std::uint64_t{0};
+  const auto bytes = parse_size(text);
   if (!bytes || *bytes == 0)
-    return fail(Code::BadUsage, "found '" + memory + "'; allowed a size such as 512M or 2G", "command line: --memory");
+    return fail(Code::BadUsage, "found '" + text + "'; allowed a size such as 512M or 2G",
+                std::string("command line: ") + option);
   return *bytes;
 }
+
+/// Where a single tool keeps what does not fit under its cap.
+std::string scratch_folder() {
+  const char* named = std::getenv("TMPDIR");
+  return named != nullptr && *named != 0 ? named : "/var/tmp";
+}
+
+}  // namespace
+
+Result<std::uint64_t> CommonOptions::memory_cap() const { return size_of(memory, "--memory"); }
+Result<std::uint64_t> CommonOptions::disk_cap() const { return size_of(disk, "--disk"); }
 
 int complain(Console& console, const Error& error) {
   console.complain(error);
@@ -114,6 +131,9 @@ int run_tool(const CommonOptions& common, const std::string& name, const runner:
   const std::uint64_t memory = *cap ? *cap : runner::usable_memory() / 10 * 8;
   if (memory)
     if (const auto capped = runner::cap_memory(memory); !capped) return complain(console, capped.error());
+  const auto disk = common.disk_cap();
+  if (!disk) return complain(console, disk.error());
+  runner::page_beyond(memory, *disk, scratch_folder());
   const ChunkLoop loop(static_cast<int>(common.threads ? common.threads : runner::usable_cores()));
   const Context context{loop, stop.flag};
   console.begin(name);
@@ -121,6 +141,8 @@ int run_tool(const CommonOptions& common, const std::string& name, const runner:
     try {
       return tool(context, console);
     } catch (const std::bad_alloc&) {
+      if (const std::string why = paged::refusal(); !why.empty())
+        return fail(Code::NoSpace, why + "; free space there, raise --disk, or set TMPDIR to another folder");
       return fail(Code::NoSpace,
                   "the memory cap of " + bytes_text(memory) + " was reached; raise --memory or choose larger bins");
     } catch (const std::exception& error) {
@@ -229,6 +251,9 @@ int run_run(const CommonOptions& common, runner::RunOptions options, runner::Sto
   Console console(console_options ? *console_options : runner::ConsoleOptions{});
   if (!console_options) return complain(console, console_options.error());
   if (const auto done = complete(common, options); !done) return complain(console, done.error());
+  const auto disk = common.disk_cap();
+  if (!disk) return complain(console, disk.error());
+  options.disk = *disk;
   PipelineWork work({options.job, "scanmill " + options.version, runner::utc_now()});
   return runner::run_job(options, work, console, stop);
 }

@@ -20,12 +20,14 @@ struct CommonOptions {
   bool json = false, quiet = false;
   std::string progress = "auto";
   std::int64_t threads = 0;
-  std::string memory;
+  std::string memory, disk;
 
   Result<runner::ConsoleOptions> console() const;
   /// The value of --memory in bytes; 0 when no cap was given.
   /// errors  BadUsage when it is no size
   Result<std::uint64_t> memory_cap() const;
+  /// The same of --disk.
+  Result<std::uint64_t> disk_cap() const;
 };
 
 using Tool = std::function<Result<pipeline::ToolReport>(const Context&, Progress&)>;

@@ -106,6 +106,16 @@ std::vector<BinSums> in_bin_edges(const std::vector<Moments>& moments, const Con
   return sums;
 }
 
+double median_residual_of(const Frames& f) {
+  std::vector<float> residuals;
+  for (std::size_t row = 0; row < f.valid.size(); ++row)
+    if (f.valid[row]) residuals.push_back(f.residual[row]);
+  if (residuals.empty()) return 0;
+  auto middle = residuals.begin() + static_cast<std::ptrdiff_t>(residuals.size() / 2);
+  std::nth_element(residuals.begin(), middle, residuals.end());
+  return *middle;
+}
+
 Frames frames_of(const ReducedCloud& cloud, const std::vector<BinSums>& moments, int radius, std::uint64_t every,
                  const Context& context) {
   const std::size_t n = cloud.size();
@@ -128,14 +138,7 @@ Frames frames_of(const ReducedCloud& cloud, const std::vector<BinSums>& moments,
       windows.frame_of(row, around, f);
     }
   });
-  std::vector<float> residuals;
-  for (std::size_t row = 0; row < n; ++row)
-    if (f.valid[row]) residuals.push_back(f.residual[row]);
-  if (!residuals.empty()) {
-    auto middle = residuals.begin() + static_cast<std::ptrdiff_t>(residuals.size() / 2);
-    std::nth_element(residuals.begin(), middle, residuals.end());
-    f.median_residual = *middle;
-  }
+  f.median_residual = median_residual_of(f);
   return f;
 }
 

@@ -16,6 +16,9 @@ struct Frames {
   double median_residual = 0;  // of the valid frames, bin edges
 };
 
+/// Of the valid frames; 0 when there is none.
+double median_residual_of(const Frames& frames);
+
 /// A bin's moments about its centre, lengths in bin edges; every bin is looked at from 27 or 125 windows.
 struct BinSums {
   double count, x, y, z, xx, xy, xz, yy, yz, zz;

@@ -12,6 +12,7 @@
 #include "base/text.hpp"
 #include "reduce/binning.hpp"
 #include "reduce/frame.hpp"
+#include "reduce/parts.hpp"
 #include "reduce/thin.hpp"
 
 namespace scanmill::reduce {
@@ -54,7 +55,11 @@ Result<void> check(const LatticeParams& lattice, const Params& params) {
   return fail(Code::BadParameter, text);
 }
 
-void fill_arrays(ReducedCloud& cloud, BinTotals& totals, const Params& params) {
+/// The cloud before frames: bins, their first points, counts and index.
+ReducedCloud first_cloud(const LocalFrame& frame, BinTotals& totals, const Params& params) {
+  ReducedCloud cloud;
+  cloud.lattice = frame.lattice;
+  cloud.base = frame.base;
   const std::size_t n = totals.bins.size();
   cloud.bins = std::move(totals.bins);
   cloud.measured.resize(n);
@@ -69,21 +74,28 @@ void fill_arrays(ReducedCloud& cloud, BinTotals& totals, const Params& params) {
   }
   totals.winners = {};
   cloud.index = BinIndex::over(cloud.bins);
+  return cloud;
+}
+
+/// For questions about windows alone.
+ReducedCloud bare_cloud(const LocalFrame& frame, std::vector<LocalBin> bins) {
+  ReducedCloud cloud;
+  cloud.lattice = frame.lattice;
+  cloud.base = frame.base;
+  cloud.bins = std::move(bins);
+  cloud.index = BinIndex::over(cloud.bins);
+  return cloud;
+}
+
+Levels levels_of(const ReducedCloud& cloud, const std::vector<BinSums>& moments, const Context& context) {
+  const double noise = noise_of(cloud, moments, context);
+  return {noise, noise > kNoisyFrom ? 2 : 1};
 }
 
 /// Second pass: replaces the winners by the points nearest to the feet of the bins' centres.
 Result<void> pick_representatives(const PointSource& points, const LocalFrame& frame, const Frames& frames,
                                   const Params& params, ReducedCloud& cloud, const Context& context) {
-  const double crease_from = std::max(kCreaseOverMedian * frames.median_residual, kCreaseResidual);
-  std::vector<Target> targets(cloud.size());
-  for (std::size_t row = 0; row < cloud.size(); ++row) {
-    const Vec3 centre = centre_of(cloud.lattice, cloud.key(row)), n = frames.normal[row];
-    Target& target = targets[row];
-    target.normal = n;
-    target.foot = centre - n * dot(centre - frames.centroid[row], n);
-    target.crease = params.edge_aware && frames.residual[row] > crease_from;
-    if (target.crease) target.foot = frames.centroid[row];
-  }
+  const std::vector<Target> targets = targets_of(frame, cloud.bins, frames, frames.median_residual, params);
   TRY_ASSIGN(const std::vector<Winner> winners, pick_against(points, frame, cloud.index, targets, context));
   for (std::size_t row = 0; row < cloud.size(); ++row) {
     cloud.measured[row] = winners[row].position;
@@ -141,26 +153,9 @@ void count_drops(const ReducedCloud& cloud, Report& report) {
     }
 }
 
-Result<Reduction> reduce_on(const PointSource& points, const Lattice& lattice, Vec3 somewhere, const Params& params,
-                            const Context& context) {
-  const LocalFrame frame = local_frame(lattice, somewhere);
-  Reduction out;
-  ReadCounts counts;
-  TRY_ASSIGN(BinTotals totals, bin_points(points, frame, counts, context));
-  ReducedCloud& cloud = out.cloud;
-  cloud.lattice = lattice;
-  cloud.base = frame.base;
-  fill_arrays(cloud, totals, params);
-  const std::vector<BinSums> moments = in_bin_edges(totals.moments, context);
-  totals.moments = {};
-  Report& report = out.report;
-  report.index_bytes = totals.index_bytes;
-  report.record_bytes = totals.cell_bytes;
-  report.noise = noise_of(cloud, moments, context);
-  report.frame_radius = report.noise > kNoisyFrom ? 2 : 1;
-  Frames frames = frames_of(cloud, moments, report.frame_radius, 1, context);
-  if (params.representative == Representative::Surface)
-    TRY(pick_representatives(points, frame, frames, params, cloud, context));
+/// Everything behind the passes over the points.
+Result<Reduction> conclude(ReducedCloud cloud, Frames frames, const ReadCounts& counts, const Levels& levels,
+                           const Params& params, const Context& context) {
   project(cloud, frames);
   cloud.normal = std::move(frames.normal);
   cloud.residual = std::move(frames.residual);
@@ -170,14 +165,37 @@ Result<Reduction> reduce_on(const PointSource& points, const Lattice& lattice, V
   cloud.sign_known = std::move(frames.sign_known);
   drop_points(cloud, params, context);
   if (context.cancel.is_set()) return fail(Code::Cancelled, "stopped on request");
+  Reduction out{std::move(cloud), {}};
+  Report& report = out.report;
   report.points_read = counts.points_read;
   report.not_finite = counts.not_finite;
   report.sensor_invalid = counts.sensor_invalid;
   report.points_used = counts.points_used;
   report.bounds = counts.bounds;
+  report.noise = levels.noise;
+  report.frame_radius = levels.frame_radius;
   report.median_residual = frames.median_residual;
-  report.bin_mm = lattice.edge_mm;
-  count_drops(cloud, report);
+  report.bin_mm = out.cloud.lattice.edge_mm;
+  count_drops(out.cloud, report);
+  return out;
+}
+
+Result<Reduction> reduce_on(const PointSource& points, const Lattice& lattice, Vec3 somewhere, const Params& params,
+                            const Context& context) {
+  const LocalFrame frame = local_frame(lattice, somewhere);
+  ReadCounts counts;
+  TRY_ASSIGN(BinTotals totals, bin_points(points, frame, counts, context));
+  ReducedCloud cloud = first_cloud(frame, totals, params);
+  std::vector<BinSums> moments = in_bin_edges(totals.moments, context);
+  totals.moments = {};
+  const Levels levels = levels_of(cloud, moments, context);
+  Frames frames = frames_of(cloud, moments, levels.frame_radius, 1, context);
+  moments = {};
+  if (params.representative == Representative::Surface)
+    TRY(pick_representatives(points, frame, frames, params, cloud, context));
+  TRY_ASSIGN(Reduction out, conclude(std::move(cloud), std::move(frames), counts, levels, params, context));
+  out.report.index_bytes = totals.index_bytes;
+  out.report.record_bytes = totals.cell_bytes;
   return out;
 }
 
@@ -216,6 +234,48 @@ Result<double> edge_for_bins(const PointSource& points, const ReadCounts& seen, 
 }
 
 }  // namespace
+
+bool is_cuttable(const LatticeParams& lattice) {
+  return lattice.bin_mm.has_value() && lattice.origin == Origin::Absolute;
+}
+
+Result<LocalFrame> frame_of_parts(const PointSource& points, const LatticeParams& lattice, const Params& params) {
+  TRY(check(lattice, params));
+  TRY_ASSIGN(const Vec3 somewhere, first_point(points));
+  return local_frame({*lattice.bin_mm, {}}, somewhere);
+}
+
+Levels levels_of_parts(const LocalFrame& frame, std::vector<LocalBin> bins, const std::vector<Moments>& moments,
+                       const Context& context) {
+  return levels_of(bare_cloud(frame, std::move(bins)), in_bin_edges(moments, context), context);
+}
+
+Frames frames_of_parts(const LocalFrame& frame, std::vector<LocalBin> bins, const std::vector<Moments>& moments,
+                       std::int32_t radius, const Context& context) {
+  return frames_of(bare_cloud(frame, std::move(bins)), in_bin_edges(moments, context), radius, 1, context);
+}
+
+std::vector<Target> targets_of(const LocalFrame& frame, std::span<const LocalBin> bins, const Frames& frames,
+                               double median_residual, const Params& params) {
+  const double crease_from = std::max(kCreaseOverMedian * median_residual, kCreaseResidual);
+  std::vector<Target> targets(bins.size());
+  for (std::size_t row = 0; row < bins.size(); ++row) {
+    const BinKey key{frame.base.i + bins[row][0], frame.base.j + bins[row][1], frame.base.k + bins[row][2]};
+    const Vec3 centre = centre_of(frame.lattice, key), n = frames.normal[row];
+    Target& target = targets[row];
+    target.normal = n;
+    target.foot = centre - n * dot(centre - frames.centroid[row], n);
+    target.crease = params.edge_aware && frames.residual[row] > crease_from;
+    if (target.crease) target.foot = frames.centroid[row];
+  }
+  return targets;
+}
+
+Result<Reduction> join_parts(const LocalFrame& frame, BinTotals totals, Frames frames, const ReadCounts& counts,
+                             const Levels& levels, const Params& params, const Context& context) {
+  frames.median_residual = median_residual_of(frames);
+  return conclude(first_cloud(frame, totals, params), std::move(frames), counts, levels, params, context);
+}
 
 Result<Reduction> reduce_cloud(const PointSource& points, const LatticeParams& params, const Params& reduce,
                                const Context& context) {

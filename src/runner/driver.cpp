@@ -86,6 +86,7 @@ class Driver {
     report_.memory_cap = options_.memory   ? options_.memory
                          : job_.how.memory ? job_.how.memory
                                            : usable_memory() / 10 * 8;
+    if (options_.disk) job_.how.disk = options_.disk;
     if (auto enough = check_cap(); !enough) return refuse(enough.error(), kExitUsage);
     if (report_.memory_cap > 0 && in_this_process())
       if (auto capped = cap_memory(report_.memory_cap); !capped) return refuse(capped.error(), kExitUsage);
@@ -221,7 +222,7 @@ class Driver {
       journal_ = std::make_unique<Journal>(*std::move(journal));
     }
     const ScanMaker maker({options_, tree_, work_, quarantine_, stop_, report_.host, shared_memory(),
-                           report_.memory_cap, is_inline() ? 0 : job_.how.scan_time_limit_s,
+                           report_.memory_cap, job_.how.disk, is_inline() ? 0 : job_.how.scan_time_limit_s,
                            journal_ ? journal_->epoch() : 0});
     const auto executor = executor_for(maker);
     Scheduler scheduler({options_, job_.how, tree_, selection_, maker, work_, console_, stop_, report_, quarantine_,

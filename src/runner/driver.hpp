@@ -50,6 +50,7 @@ struct RunOptions {
   std::string executor;      // inline or local; empty: the job's
   std::int64_t threads = 0;  // 0: the job's
   std::uint64_t memory = 0;  // 0: the job's
+  std::uint64_t disk = 0;    // 0: the job's
   std::string version;
   document::Node libraries = document::Node::map();
 };

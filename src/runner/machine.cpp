@@ -11,6 +11,7 @@
 #include <ctime>
 #include <fstream>
 
+#include "base/paged_memory.hpp"
 #include "base/text.hpp"
 
 namespace scanmill::runner {
@@ -87,6 +88,13 @@ Result<void> cap_memory(std::uint64_t bytes) {
   }
 #endif
   return {};
+}
+
+void page_beyond(std::uint64_t cap, std::uint64_t disk, const std::string& folder) {
+  if (cap == 0) return;
+  // What a process holds rises between two looks at it, the more the busier the machine.
+  const std::uint64_t resident = cap - cap / 6, rest = cap > kBaseMemory ? cap - kBaseMemory : 0;
+  paged::begin(folder, {resident, rest / 5 * 2, disk});
 }
 
 std::string utc_now() {

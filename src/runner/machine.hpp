@@ -24,6 +24,9 @@ double cpu_seconds();
 /// Caps the private memory of this process: an allocation beyond it fails, and the scan at hand with it.
 /// errors  BadUsage when the cap is below what the process needs by itself
 Result<void> cap_memory(std::uint64_t bytes);
+/// Large pieces of memory that this process has no room for under the cap go to a nameless file in `folder`
+/// (base/paged_memory.hpp). disk  greatest size of that file; 0: what the file system has
+void page_beyond(std::uint64_t cap, std::uint64_t disk, const std::string& folder);
 
 /// "2026-01-31T08:15:00Z"
 std::string utc_now();

@@ -5,6 +5,7 @@
 #include <chrono>
 #include <new>
 
+#include "base/paged_memory.hpp"
 #include "base/text.hpp"
 #include "runner/journal.hpp"
 #include "runner/machine.hpp"
@@ -30,6 +31,8 @@ Result<Outcome> guarded(std::uint64_t memory, std::uint64_t cap, F&& body) {
   try {
     return body();
   } catch (const std::bad_alloc&) {
+    if (const std::string why = paged::refusal(); !why.empty())
+      return fail(Code::NoSpace, why + "; free space there or raise resources.disk (--disk), and run again");
     return fail(Code::NoSpace,
                 (memory < cap ? bytes_text(memory) + ", the worker's share of the memory cap of " + bytes_text(cap) +
                                     ", were used up"
@@ -221,6 +224,9 @@ Result<void> ScanMaker::attempt(const SelectedScan& scan, const Fingerprint& fin
     log->line("stage " + stage + " took " + seconds_text(seconds));
   for (const Node::Entry& count : entry.counts.entries())
     log->line(count.key + " " + document::to_canonical_json(count.value));
+  if (const paged::Usage used = paged::usage(); used.most_in_file > 0)
+    log->line("memory beyond the cap: up to " + bytes_text(used.most_in_file) + " in a file, " +
+              counted(used.evictions, "round") + " of letting go");
   log->line("done, record " + entry.record_identity + ", " + utc_now());
   entry.files = result_files(frame_.tree, scan.task.name);
   return {};
@@ -228,6 +234,7 @@ Result<void> ScanMaker::attempt(const SelectedScan& scan, const Fingerprint& fin
 
 Result<void> ScanMaker::fill(const SelectedScan& scan, const Fingerprint& fingerprint, const std::string& folder,
                              ScanEntry& entry, int threads, std::uint64_t memory, Progress& progress) const {
+  page_beyond(memory, frame_.disk, folder);
   auto outcome = guarded(memory, frame_.cap, [&]() -> Result<Outcome> {
     act_on_test_fault(scan.task.name);
     const ChunkLoop loop(threads);

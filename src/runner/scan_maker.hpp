@@ -43,6 +43,7 @@ class ScanMaker {
     std::string host;
     std::uint64_t memory = 0;  // of the whole run; 0: no cap
     std::uint64_t cap = 0;     // the same with what the driver takes
+    std::uint64_t disk = 0;    // that a scan may use beside its results; 0: what is free
     double time_limit_s = 0;   // of a scan; 0: none
     std::uint64_t epoch = 0;   // of the journal; a later one ends the right to commit
   };

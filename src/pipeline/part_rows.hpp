@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: Apache-2.0
+// Rows of the parts of a cut reduction, without padding, and back.
+#pragma once
+#include <cstdint>
+
+#include "reduce/parts.hpp"
+
+namespace scanmill::pipeline {
+
+struct TotalRow {
+  std::int32_t bin[3];
+  std::uint32_t view;
+  double score, place[3];
+  std::uint64_t row;
+  std::int64_t moments[13];  // count, sums, products, view direction
+  LocalBin local() const { return {bin[0], bin[1], bin[2]}; }
+};
+struct FrameRow {
+  double centroid[3], normal[3];
+  float residual, variation, plane_distance;
+  std::uint8_t valid, sign_known, none[2];
+};
+struct PickRow {
+  double score, place[3];
+  std::uint64_t row;
+  std::uint32_t view, none;
+};
+static_assert(sizeof(TotalRow) == 160 && sizeof(FrameRow) == 64 && sizeof(PickRow) == 48);
+
+struct CountsText {
+  std::uint64_t points_read = 0, not_finite = 0, sensor_invalid = 0, points_used = 0;
+  double low[3] = {}, high[3] = {};
+};
+
+inline TotalRow total_row(const LocalBin& bin, const reduce::Winner& w, const reduce::Moments& m) {
+  return {{bin[0], bin[1], bin[2]},
+          index_of(w.source.view),
+          w.score,
+          {w.position.x, w.position.y, w.position.z},
+          w.source.row,
+          {m.count, m.sum[0], m.sum[1], m.sum[2], m.product[0], m.product[1], m.product[2], m.product[3], m.product[4],
+           m.product[5], m.view_direction[0], m.view_direction[1], m.view_direction[2]}};
+}
+template <class Row>
+reduce::Winner winner_of(const Row& row) {
+  return {row.score, {row.place[0], row.place[1], row.place[2]}, {ViewId{row.view}, row.row}};
+}
+inline reduce::Moments moments_of(const TotalRow& row) {
+  const std::int64_t* m = row.moments;
+  return {m[0], {m[1], m[2], m[3]}, {m[4], m[5], m[6], m[7], m[8], m[9]}, {m[10], m[11], m[12]}};
+}
+/// The sums of both, and the better winner.
+inline void add_row(TotalRow& into, const TotalRow& other) {
+  if (reduce::better(winner_of(other), winner_of(into))) {
+    into.view = other.view;
+    into.score = other.score;
+    for (int k = 0; k < 3; ++k) into.place[k] = other.place[k];
+    into.row = other.row;
+  }
+  for (int k = 0; k < 13; ++k) into.moments[k] += other.moments[k];
+}
+
+inline PickRow pick_row(const reduce::Winner& w) {
+  return {w.score, {w.position.x, w.position.y, w.position.z}, w.source.row, index_of(w.source.view), 0};
+}
+
+inline FrameRow frame_row(const reduce::Frames& f, std::size_t n) {
+  const Vec3 c = f.centroid[n], v = f.normal[n];
+  return {{c.x, c.y, c.z},     {v.x, v.y, v.z}, f.residual[n],   f.variation[n],
+          f.plane_distance[n], f.valid[n],      f.sign_known[n], {}};
+}
+inline void resize(reduce::Frames& f, std::size_t count) {
+  f.centroid.resize(count);
+  f.normal.resize(count);
+  f.residual.resize(count);
+  f.variation.resize(count);
+  f.plane_distance.resize(count);
+  f.valid.resize(count);
+  f.sign_known.resize(count);
+}
+inline void set_frame(reduce::Frames& f, std::size_t n, const FrameRow& row) {
+  f.centroid[n] = {row.centroid[0], row.centroid[1], row.centroid[2]};
+  f.normal[n] = {row.normal[0], row.normal[1], row.normal[2]};
+  f.residual[n] = row.residual;
+  f.variation[n] = row.variation;
+  f.plane_distance[n] = row.plane_distance;
+  f.valid[n] = row.valid;
+  f.sign_known[n] = row.sign_known;
+}
+
+inline CountsText counts_text(const reduce::ReadCounts& c) {
+  CountsText text{c.points_read, c.not_finite, c.sensor_invalid, c.points_used, {}, {}};
+  if (c.points_used == 0) return text;
+  const Vec3 low = c.bounds.low, high = c.bounds.high;
+  text.low[0] = low.x, text.low[1] = low.y, text.low[2] = low.z;
+  text.high[0] = high.x, text.high[1] = high.y, text.high[2] = high.z;
+  return text;
+}
+inline void add_counts(reduce::ReadCounts& counts, const CountsText& text) {
+  counts.points_read += text.points_read;
+  counts.not_finite += text.not_finite;
+  counts.sensor_invalid += text.sensor_invalid;
+  counts.points_used += text.points_used;
+  if (text.points_used == 0) return;
+  counts.bounds.add(Vec3{text.low[0], text.low[1], text.low[2]});
+  counts.bounds.add(Vec3{text.high[0], text.high[1], text.high[2]});
+}
+
+}  // namespace scanmill::pipeline

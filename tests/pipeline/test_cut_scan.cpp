@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <fstream>
+
+#include "base/digest.hpp"
+#include "pipeline/cut_scan.hpp"
+#include "support/temp_folder.hpp"
+
+namespace scanmill::pipeline {
+namespace {
+
+constexpr double kEdge = 0.25;
+
+/// Two noisy bumpy shells, far enough apart to leave bricks empty, in blocks of several views.
+class Shells final : public PointSource {
+ public:
+  explicit Shells(std::size_t blocks, std::size_t per_block) : blocks_(blocks), per_block_(per_block) {}
+  std::size_t block_count() const override { return blocks_; }
+  std::uint64_t expected_points() const override { return blocks_ * per_block_; }
+  Result<void> read_block(std::size_t number, PointBlock& out) const override {
+    out.clear();
+    out.view = ViewId{static_cast<std::uint32_t>(number / 4)};
+    out.view_point.eye = Vec3{60, 0, 0};
+    for (std::size_t n = 0; n < per_block_; ++n) {
+      auto uniform = [&](std::uint64_t k) {
+        return static_cast<double>(mix64(number * 1000003 + n * 17 + k) >> 11) * 0x1p-53;
+      };
+      Vec3 d{uniform(1) - 0.5, uniform(2) - 0.5, uniform(3) - 0.5};
+      const double length = norm(d);
+      if (length < 0.1) continue;
+      d = d * (1 / length);
+      const double radius = 6 + d.x * d.y * 0.8 + (uniform(4) - 0.5) * 0.05;
+      out.positions.push_back(d * radius + (number % 2 ? Vec3{} : Vec3{20, 3, -7}));
+      out.rows.push_back(number * per_block_ + n);
+    }
+    out.points_read = out.positions.size() + 1;
+    out.not_finite = 1;
+    return {};
+  }
+
+ private:
+  std::size_t blocks_, per_block_;
+};
+
+struct Case {
+  std::uint32_t brick_bins, pieces, batches;
+  bool paper, edge_aware;
+};
+
+class CutReductions : public testing::TestWithParam<Case> {};
+
+TEST_P(CutReductions, GiveTheReducedPointsOfTheWhole) {
+  const Case& c = GetParam();
+  const ChunkLoop loop(3);
+  const CancelFlag cancel;
+  const Context context{loop, cancel};
+  const support::TempFolder folder;
+  const Shells points(24, 4000);
+  reduce::LatticeParams lattice;
+  lattice.bin_mm = kEdge;
+  reduce::Params params = c.paper ? reduce::Params::paper() : reduce::Params();
+  params.edge_aware = c.edge_aware;
+  const auto whole = reduce::reduce_cloud(points, lattice, params, context);
+  ASSERT_TRUE(whole.ok()) << whole.error().text();
+
+  const CutReduction cut(points, lattice, params,
+                         {folder.path(), std::string(64, 'a'), c.pieces, c.batches, c.brick_bins});
+  for (auto wave :
+       waves_of({folder.path(), std::string(64, 'a'), c.pieces, c.batches, c.brick_bins}, params.representative)) {
+    std::reverse(wave.begin(), wave.end());
+    for (const PartTask& task : wave) {
+      const auto made = cut.make(task, context);
+      ASSERT_TRUE(made.ok()) << name_of(task) << ": " << made.error().text();
+    }
+  }
+  const auto joined = cut.join(context);
+  ASSERT_TRUE(joined.ok()) << joined.error().text();
+  const reduce::ReducedCloud &a = whole->cloud, &b = joined->cloud;
+  EXPECT_EQ(a.bins, b.bins);
+  EXPECT_EQ(a.measured, b.measured);
+  EXPECT_EQ(a.projected, b.projected);
+  EXPECT_EQ(a.normal, b.normal);
+  EXPECT_EQ(a.source, b.source);
+  EXPECT_EQ(a.counts, b.counts);
+  EXPECT_EQ(a.drop, b.drop);
+  EXPECT_EQ(a.residual, b.residual);
+  EXPECT_EQ(a.variation, b.variation);
+  EXPECT_EQ(a.plane_distance, b.plane_distance);
+  EXPECT_EQ(a.frame_valid, b.frame_valid);
+  EXPECT_EQ(a.sign_known, b.sign_known);
+  EXPECT_EQ(whole->report.points_read, joined->report.points_read);
+  EXPECT_EQ(whole->report.not_finite, joined->report.not_finite);
+  EXPECT_EQ(whole->report.bounds.low, joined->report.bounds.low);
+  EXPECT_EQ(whole->report.median_residual, joined->report.median_residual);
+  EXPECT_EQ(whole->report.noise, joined->report.noise);
+  EXPECT_EQ(whole->report.kept, joined->report.kept);
+  const auto bricks = cut.bricks();
+  ASSERT_TRUE(bricks.ok());
+  EXPECT_EQ(bricks->bins, a.size());
+  EXPECT_TRUE(c.brick_bins > 8 || bricks->bricks > 200) << bricks->bricks;
+}
+
+INSTANTIATE_TEST_SUITE_P(Cuts, CutReductions,
+                         testing::Values(Case{8, 5, 7, false, false}, Case{32, 3, 4, false, true},
+                                         Case{64, 24, 64, false, false}, Case{256, 1, 1, false, false},
+                                         Case{32, 40, 3, true, false}, Case{1024, 2, 5, true, false}));
+
+TEST(CutReduction, MakesAPartOfAnotherIdentityOrACutOneAgain) {
+  const ChunkLoop loop(1);
+  const CancelFlag cancel;
+  const Context context{loop, cancel};
+  const support::TempFolder folder;
+  const Shells points(4, 2000);
+  reduce::LatticeParams lattice;
+  lattice.bin_mm = kEdge;
+  Cut first{folder.path(), std::string(64, 'a'), 2, 2, 32}, second = first;
+  second.identity = std::string(64, 'b');
+  const PartTask task{PartStage::Map, 0};
+  ASSERT_TRUE(CutReduction(points, lattice, {}, first).make(task, context).ok());
+  EXPECT_TRUE(is_done(first, task));
+  EXPECT_FALSE(is_done(second, task));
+  const std::string path = folder.path() + "/map-0.part";
+  std::ifstream in(path, std::ios::binary);
+  const std::string bytes((std::istreambuf_iterator<char>(in)), {});
+  for (const std::size_t cut_at : {std::size_t{0}, std::size_t{100}, bytes.size() / 2, bytes.size() - 1}) {
+    std::ofstream(path, std::ios::binary) << bytes.substr(0, cut_at);
+    EXPECT_FALSE(is_done(first, task)) << cut_at;
+  }
+  ASSERT_TRUE(CutReduction(points, lattice, {}, first).make(task, context).ok());
+  std::ifstream again(path, std::ios::binary);
+  EXPECT_EQ(bytes, std::string((std::istreambuf_iterator<char>(again)), {}));
+}
+
+TEST(CutReduction, NamesThePartThatIsMissing) {
+  const ChunkLoop loop(1);
+  const CancelFlag cancel;
+  const Context context{loop, cancel};
+  const support::TempFolder folder;
+  const Shells points(4, 2000);
+  reduce::LatticeParams lattice;
+  lattice.bin_mm = kEdge;
+  const Cut cut{folder.path(), std::string(64, 'a'), 2, 2, 32};
+  const auto made = CutReduction(points, lattice, {}, cut).make({PartStage::Gather, 0}, context);
+  ASSERT_FALSE(made.ok());
+  EXPECT_NE(made.error().text().find("the task 'map 0' makes it"), std::string::npos) << made.error().text();
+}
+
+}  // namespace
+}  // namespace scanmill::pipeline
