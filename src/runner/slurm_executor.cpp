@@ -60,7 +60,7 @@ class SlurmExecutor final : public Executor {
  public:
   explicit SlurmExecutor(SlurmOptions options)
       : o_(std::move(options)), slurm_([this] { return o_.stop.flag.is_set() && o_.stop.requests > 1; }) {
-    scan_interval_ = seconds(std::clamp(o_.keys.poll_s / 4, 0.1, 2.0));
+    scan_interval_ = seconds(std::clamp(o_.keys.poll_s / 4, 0.01, 2.0));
     take_over();
   }
 
