@@ -64,6 +64,7 @@ struct Options {
   PlanOptions plan;
   SimulateOptions simulate;
   bool as_is = false, as_points = false;
+  std::uint64_t task_index = 0;
   pipeline::MeshForm form;
   pipeline::SectionChoice sections;
   pipeline::AuditChoice audit;
@@ -128,6 +129,9 @@ void add_job_commands(CLI::App& app, Options& options) {
       command(app, options, "retry", "Try failed and quarantined scans again, with the job of the last run.");
   retry.add_option("out", options.input, "Output folder of the run.")->required();
   retry.add_option("scans", options.inputs, "Scan names or patterns; all unless given.");
+  CLI::App& task = command(app, options, "task", "One task of a worklist file, as every engine runs it.");
+  task.add_option("worklist", options.input, "Worklist that run or worklist wrote.")->required();
+  task.add_option("index", options.task_index, "Number of the task, from 0.")->required();
   CLI::App& gc =
       command(app, options, "gc", "Remove what killed runs left behind, old journals, logs of scans that are gone.");
   gc.add_option("out", options.input, "Output folder of a run.")->required();
@@ -344,6 +348,7 @@ int dispatch(const CLI::App& app, Options& options) {
   if (name == "run") return run_run(options.common, options.run, g_stop);
   if (name == "status" || name == "cancel" || name == "gc")
     return run_operation(options.common, name, options.input, options.run.dry_run);
+  if (name == "task") return run_task(options.common, options.input, options.task_index, g_stop);
   if (name == "retry") return run_retry(options.common, options.input, options.inputs, g_stop);
   if (name == "check") return run_check(options.common, options.input, options.run.sets, g_stop);
   if (name == "schema") {

@@ -13,6 +13,7 @@
 #include "plan/plan.hpp"
 #include "runner/machine.hpp"
 #include "runner/operate.hpp"
+#include "runner/task.hpp"
 #include "store/files.hpp"
 
 namespace scanmill::cli {
@@ -256,6 +257,21 @@ int run_run(const CommonOptions& common, runner::RunOptions options, runner::Sto
   options.disk = *disk;
   PipelineWork work({options.job, "scanmill " + options.version, runner::utc_now()});
   return runner::run_job(options, work, console, stop);
+}
+
+int run_task(const CommonOptions& common, const std::string& worklist, std::size_t index, runner::Stop& stop) {
+  const auto console_options = common.console();
+  Console console(console_options ? *console_options : runner::ConsoleOptions{});
+  if (!console_options) return complain(console, console_options.error());
+  const auto memory = common.memory_cap();
+  if (!memory) return complain(console, memory.error());
+  const auto file = runner::load_task_file(worklist);
+  if (!file) {
+    console.complain(file.error());
+    return runner::kExitUsage;
+  }
+  PipelineWork work({file->job_shown, "scanmill " + version(), runner::utc_now()});
+  return runner::run_task({worklist, index, version(), common.threads, *memory}, *file, work, console, stop);
 }
 
 int run_bench_job(const CommonOptions& common, runner::BenchJobOptions options, runner::Stop& stop) {

@@ -25,6 +25,8 @@
 #include "runner/run_report.hpp"
 #include "runner/scan_messages.hpp"
 #include "runner/scheduler.hpp"
+#include "runner/slurm_executor.hpp"
+#include "runner/slurm_waves.hpp"
 #include "store/files.hpp"
 
 namespace scanmill::runner {
@@ -82,9 +84,11 @@ class Driver {
     report_.archive_absolute = std::filesystem::absolute(job_.archive).lexically_normal().string();
     report_.threads = static_cast<int>(options_.threads   ? options_.threads
                                        : job_.how.threads ? job_.how.threads
+                                       : is_slurm()       ? 1
                                                           : usable_cores());
     report_.memory_cap = options_.memory   ? options_.memory
                          : job_.how.memory ? job_.how.memory
+                         : is_slurm()      ? cluster_memory(job_.how.cluster)
                                            : usable_memory() / 10 * 8;
     if (options_.disk) job_.how.disk = options_.disk;
     if (auto enough = check_cap(); !enough) return refuse(enough.error(), kExitUsage);
@@ -148,7 +152,9 @@ class Driver {
     auto lock = OutputLock::take(tree_.lock_file(), held_by);
     if (!lock) return refuse(lock.error(), held_by.empty() ? kExitInternal : kExitBusy);
     lock_ = std::make_unique<OutputLock>(*std::move(lock));
-    if (auto removed = tree_.remove_leftovers(); !removed) return give_up(removed.error());
+    if (auto closed = abandon_waves(tree_, is_slurm()); !closed) return refuse(closed.error(), kExitBusy);
+    if (!has_open_waves(tree_))
+      if (auto removed = tree_.remove_leftovers(); !removed) return give_up(removed.error());
     (void)store::remove_tree(tree_.cancel_file());  // meant for a run before this one
     if (tree_.is_unwritable())
       return give_up(fail(Code::NoSpace,
@@ -223,12 +229,17 @@ class Driver {
     }
     const ScanMaker maker({options_, tree_, work_, quarantine_, stop_, report_.host, shared_memory(),
                            report_.memory_cap, job_.how.disk, is_inline() ? 0 : job_.how.scan_time_limit_s,
-                           journal_ ? journal_->epoch() : 0});
-    const auto executor = executor_for(maker);
+                           journal_ ? journal_->epoch() : 0, {}});
+    auto executor = executor_for(maker);
     Scheduler scheduler({options_, job_.how, tree_, selection_, maker, work_, console_, stop_, report_, quarantine_,
                          journal_.get(), *executor, shared_memory(), in_this_process(),
                          [this] { return save_report(); }, [this](const Error& error) { console_.complain(error); }});
     const int code = scheduler.run();
+    executor.reset();
+    if (is_slurm()) {
+      (void)abandon_waves(tree_, false);
+      (void)tree_.remove_leftovers();  // of tasks whose node was lost
+    }
     if (options_.dry_run && code == kExitGood) show_forecast();
     if (journal_) {
       Node tail = Node::map();
@@ -258,11 +269,15 @@ class Driver {
   bool is_inline() const {
     return options_.executor.empty() ? job_.how.in_this_process : options_.executor == "inline";
   }
+  bool is_slurm() const {
+    return !options_.dry_run && (options_.executor.empty() ? job_.how.on_cluster : options_.executor == "slurm");
+  }
   bool in_this_process() const { return options_.dry_run || is_inline(); }
 
   /// What scans may use together: with processes of their own, this one takes its part.
   std::uint64_t shared_memory() const {
-    return report_.memory_cap == 0 || in_this_process() ? report_.memory_cap : report_.memory_cap - driver_memory();
+    return report_.memory_cap == 0 || in_this_process() || is_slurm() ? report_.memory_cap
+                                                                      : report_.memory_cap - driver_memory();
   }
   std::uint64_t driver_memory() const {
     const std::uint64_t scans = selection_.scans.size();
@@ -279,6 +294,7 @@ class Driver {
       return attempt;
     };
     if (in_this_process()) return make_inline_executor(std::move(make), console_);
+    if (is_slurm()) return slurm_executor();
     LocalOptions local;
     local.time_limit_s = job_.how.scan_time_limit_s;
     local.in_child = [this] {
@@ -288,6 +304,26 @@ class Driver {
     };
     stop_.drains.store(true);
     return make_local_executor(std::move(make), std::move(local));
+  }
+
+  std::unique_ptr<Executor> slurm_executor() {
+    stop_.drains.store(true);
+    TaskFile frame;
+    frame.version = report_.version;
+    frame.out = std::filesystem::absolute(tree_.root()).lexically_normal().string();
+    frame.job_path = report_.job_absolute;
+    frame.job_text = job_.text;
+    frame.job_shown = options_.job;
+    frame.sets = options_.sets;
+    frame.forced = !options_.only.empty();
+    frame.memory_cap = shared_memory();
+    frame.time_limit_s = job_.how.scan_time_limit_s;
+    frame.lease_s = job_.how.cluster.lease_s;
+    return make_slurm_executor(
+        {job_.how.cluster, tree_, selection_, stop_, std::move(frame), speed_of(tree_.journal()), report_.memory_cap,
+         [this](std::size_t scan) { return work_.look_at(selection_.scans[scan].number).bytes; },
+         [this](std::size_t scan) -> const ScanEntry& { return report_.scans[scan]; },
+         [this](const std::string& scan, const std::string& text) { console_.note(scan, text); }});
   }
 
   int save_report() {

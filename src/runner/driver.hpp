@@ -14,7 +14,8 @@
 namespace scanmill::runner {
 
 /// Exit codes (README, "Exit codes"); 128 + signal when interrupted.
-inline constexpr int kExitGood = 0, kExitInternal = 1, kExitUsage = 2, kExitScans = 3, kExitGate = 4, kExitBusy = 75;
+inline constexpr int kExitGood = 0, kExitInternal = 1, kExitUsage = 2, kExitScans = 3, kExitGate = 4, kExitCluster = 6,
+                     kExitBusy = 75;
 
 /// The exit code of a command that failed with this error.
 int exit_code_of(const Error& error);
@@ -47,7 +48,7 @@ struct RunOptions {
   bool dry_run = false;  // writes nothing
   bool explain = false;
   std::string dag;           // dot or json: print what a dry run finds as a graph, and nothing else
-  std::string executor;      // inline or local; empty: the job's
+  std::string executor;      // inline, local or slurm; empty: the job's
   std::int64_t threads = 0;  // 0: the job's
   std::uint64_t memory = 0;  // 0: the job's
   std::uint64_t disk = 0;    // 0: the job's

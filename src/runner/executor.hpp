@@ -56,6 +56,12 @@ class Executor {
   virtual void stop_all() = 0;
   /// Ends all at once.
   virtual void kill_all() = 0;
+  /// Starts nothing that waits inside the executor; what is at work comes to its end.
+  virtual void drain() {}
+  /// Works on other machines: cores and memory here do not limit it, and attempt folders may be another copy's.
+  virtual bool is_remote() const { return false; }
+  /// Why nothing can be started any more.
+  virtual std::optional<Error> broken() const { return std::nullopt; }
 };
 
 /// In this process, one after the other: start() returns when the scan is made. Progress goes to `progress`.

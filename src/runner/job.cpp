@@ -15,15 +15,15 @@ using document::Node;
 using document::Problems;
 using document::shown;
 
-constexpr std::string_view kOwnKeys[] = {"scanmill", "archive", "scans",    "overrides", "resources",
-                                         "executor", "strict",  "settle_s", "retry",     "notify"};
+constexpr std::string_view kOwnKeys[] = {"scanmill", "archive",  "scans", "overrides", "resources", "executor",
+                                         "strict",   "settle_s", "retry", "notify",    "cluster"};
 // Keys of the contract that this version would ignore are refused by name, so that no job silently does less than it
 // says.
-constexpr std::string_view kLaterKeys[] = {"brick", "cluster"};
+constexpr std::string_view kLaterKeys[] = {"brick"};
 constexpr std::string_view kTextResources[] = {"memory", "disk", "scan_time_limit", "until"};
 const Field kSettle =
     field<How, &How::settle_s>("settle_s", "", "Files changed less than this ago are waited for.", {0, 86400});
-constexpr std::string_view kExecutors[] = {"inline", "local"};
+constexpr std::string_view kExecutors[] = {"inline", "local", "slurm"};
 
 bool among(std::string_view word, std::span<const std::string_view> words) {
   return std::find(words.begin(), words.end(), word) != words.end();
@@ -81,15 +81,14 @@ void read_resources(const Node& section, How& how, Problems& problems) {
 }
 
 void read_executor(const Node& value, How& how, Problems& problems) {
-  if (value.is_string() && value.as_string() == "slurm")
-    problems.add(value.mark, "executor", "found slurm; not in this version; allowed " + document::joined(kExecutors));
-  else if (!value.is_string() || !among(value.as_string(), kExecutors)) {
+  if (!value.is_string() || !among(value.as_string(), kExecutors)) {
     std::string sentence = "found " + shown(value) + "; allowed " + document::joined(kExecutors);
     const std::string_view nearest = value.is_string() ? nearest_name(value.as_string(), kExecutors) : "";
     if (!nearest.empty()) sentence += "; nearest " + std::string(nearest);
     problems.add(value.mark, "executor", sentence);
   } else {
     how.in_this_process = value.as_string() == "inline";
+    how.on_cluster = value.as_string() == "slurm";
   }
 }
 
@@ -191,6 +190,8 @@ void read_top(const Node& root, Job& job, const Work& work, Problems& problems) 
       document::read_field(value, "settle_s", kSettle, &job.how, problems);
     else if (entry.key == "retry")
       document::read_fields(value, "retry", retry_fields(), &job.how, {}, problems);
+    else if (entry.key == "cluster")
+      read_cluster(value, job.how.cluster, problems);
     else if (entry.key == "notify")
       read_notify(value, job.how.notify, problems);
     else if (entry.key == "strict") {

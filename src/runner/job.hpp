@@ -9,6 +9,7 @@
 
 #include "base/result.hpp"
 #include "document/document.hpp"
+#include "runner/cluster_keys.hpp"
 #include "runner/notify.hpp"
 #include "runner/work.hpp"
 
@@ -20,7 +21,9 @@ struct How {
   std::uint64_t memory = 0;      // cap in bytes; 0: 80 % of the machine's
   bool strict = false;           // scans that were quarantined by an earlier run make this one fail too
   bool in_this_process = false;  // executor: inline
-  std::int64_t settle_s = 60;    // files changed less than this ago may still be written
+  bool on_cluster = false;       // executor: slurm
+  ClusterKeys cluster;
+  std::int64_t settle_s = 60;  // files changed less than this ago may still be written
   double scan_time_limit_s = 6 * 3600;
   std::int64_t until_minute = -1;    // of the day, local time: nothing is started that would not end by then
   std::uint64_t disk = 0;            // bytes the run may use; 0: 80 % of what is free

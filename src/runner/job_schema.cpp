@@ -110,6 +110,7 @@ Node job_schema(const Node& what_properties) {
   properties.set("retry",
                  document::fields_schema(retry_fields(), &defaults, "How often failed scans are tried again."));
   properties.set("notify", notify_schema());
+  properties.set("cluster", cluster_schema());
 
   Node schema = Node::map();
   schema.set("$schema", "http://json-schema.org/draft-07/schema#");

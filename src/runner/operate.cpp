@@ -17,6 +17,7 @@
 #include "runner/output_tree.hpp"
 #include "runner/quarantine.hpp"
 #include "runner/run_report.hpp"
+#include "runner/slurm_waves.hpp"
 #include "store/files.hpp"
 
 namespace scanmill::runner {
@@ -88,7 +89,8 @@ bool is_output(const OutputTree& tree) { return store::is_folder(tree.journal())
 /// Everything gc may take, with the reason.
 std::vector<std::pair<std::string, std::string>> garbage_of(const OutputTree& tree) {
   std::vector<std::pair<std::string, std::string>> found;
-  for (const std::string& path : tree.leftovers()) found.emplace_back(path, "left by a run that was killed");
+  if (!has_open_waves(tree))  // else they may be at work
+    for (const std::string& path : tree.leftovers()) found.emplace_back(path, "left by a run that was killed");
   const auto epochs = epochs_in(tree.journal());
   for (std::size_t i = 0; i + kKeptJournals < epochs.size(); ++i)
     found.emplace_back(journal_file(tree.journal(), epochs[i]), "an old journal");
@@ -170,7 +172,15 @@ int cancel_run(const std::string& out, Console& console) {
   event.set("out", out);
   if (!live.tree || (live.is_here && !live.is_alive)) {
     event.set("asked", false);
-    console.result(out + ": no run to stop", event);
+    // Its work on a cluster outlives a driver that was killed.
+    const auto closed = abandon_waves(tree, false);
+    if (!closed) {
+      console.complain(closed.error());
+      return kExitBusy;
+    }
+    console.result(out + ": no run to stop" +
+                       (*closed > 0 ? "; took back " + counted(*closed, "array") + " that a run before had left" : ""),
+                   event);
     return kExitGood;
   }
   if (auto written = store::write_text(tree.cancel_file(), utc_now() + "\n"); !written) {

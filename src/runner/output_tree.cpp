@@ -42,9 +42,10 @@ Result<std::string> OutputTree::begin_attempt(const std::string& name) const {
   for (int attempt = 1;; ++attempt) {
     const std::string path =
         (final.parent_path() / ("." + final.filename().string() + "." + std::to_string(attempt))).string();
-    if (store::exists(path)) continue;
-    TRY(store::make_folders(path));
-    return path;
+    std::error_code error;
+    if (fs::create_directory(path, error)) return path;  // false when it is there: another task may have made it
+    if (error && !store::exists(path)) TRY(store::make_folders(path));
+    if (error && store::is_folder(path)) return path;
   }
 }
 

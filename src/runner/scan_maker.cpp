@@ -266,7 +266,7 @@ Result<void> ScanMaker::fill(const SelectedScan& scan, const Fingerprint& finger
 
 /// A run that was held up while another took the output over must not put anything in place.
 Result<void> ScanMaker::still_ours() const {
-  if (latest_epoch(frame_.tree.journal()) <= frame_.epoch) return {};
+  if (frame_.may_commit ? frame_.may_commit() : latest_epoch(frame_.tree.journal()) <= frame_.epoch) return {};
   return fail(Code::Cancelled, "another run has taken over this output; nothing was put in place");
 }
 

@@ -46,6 +46,8 @@ class ScanMaker {
     std::uint64_t disk = 0;    // that a scan may use beside its results; 0: what is free
     double time_limit_s = 0;   // of a scan; 0: none
     std::uint64_t epoch = 0;   // of the journal; a later one ends the right to commit
+    std::function<bool()>
+        may_commit;  // in place of the epoch, where the one who ordered the scan may be another one now
   };
   explicit ScanMaker(Frame frame) : frame_(std::move(frame)) {}
 

@@ -82,13 +82,17 @@ int Scheduler::run() {
     auto timeout = kTick;
     if (p_.executor.running().empty() && list_.empty()) timeout = std::chrono::milliseconds(0);
     for (Ended& ended : p_.executor.wait(timeout)) end(std::move(ended));
+    if (const auto broken = p_.executor.broken(); broken && code_ == 0) {
+      p_.complain(*broken);
+      code_ = kExitCluster;
+    }
     keep_state();
   }
   if (code_ != 0) {
     p_.executor.kill_all();
     while (!p_.executor.running().empty())
       for (const Ended& ended : p_.executor.wait(kTick))
-        if (p_.journal) p_.tree.remove_attempts(name(ended.order.scan));
+        if (p_.journal && !p_.executor.is_remote()) p_.tree.remove_attempts(name(ended.order.scan));
   }
   if (p_.journal) view_.end();
   return code_;
@@ -171,6 +175,7 @@ void Scheduler::listen() {
   const auto running = p_.executor.running().size();
   if (!draining_ && running > 0 && !p_.stop.flag.is_set()) {
     draining_ = true;
+    p_.executor.drain();
     remark_ = "ending";
     p_.console.remark("stopping: " + counted(running, "scan") + (running == 1 ? " is" : " are") +
                       " brought to the end; once more stops at once");
@@ -187,6 +192,7 @@ void Scheduler::listen() {
 
 Room Scheduler::room() const {
   Room room{p_.report.threads, p_.report.threads, p_.memory, p_.memory};
+  if (p_.executor.is_remote()) return room;
   for (const Running& one : p_.executor.running()) {
     room.cores_free -= one.order.threads;
     room.memory_free -= std::min(room.memory_free, one.order.memory);
@@ -199,6 +205,10 @@ void Scheduler::start_ready() {
     auto next = list_.next(room(), Clock::now());
     if (!next) break;
     auto& [item, order] = *next;
+    if (p_.executor.is_remote()) {
+      order.threads = p_.report.threads;
+      order.memory = std::max(item.memory, memory_guess(item.bytes));
+    }
     if (p_.one_at_a_time) {
       order.threads = p_.report.threads;
       order.memory = p_.memory;
@@ -290,7 +300,7 @@ void Scheduler::end(Ended&& ended) {
     if (p_.executor.running().empty() || !ended.attempt->hashes.empty()) p_.work.load_hashes(ended.attempt->hashes);
   } else {
     take_over_death(ended, entry);
-    if (p_.journal) p_.tree.remove_attempts(entry.name);
+    if (p_.journal && !p_.executor.is_remote()) p_.tree.remove_attempts(entry.name);
   }
   if (ended.peak_memory > 0) entry.peak_memory = ended.peak_memory;
   const bool again = !output_is_bad && entry.failure != FailureClass::None && goes_again(item, ended, entry);

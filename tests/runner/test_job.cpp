@@ -44,11 +44,33 @@ TEST(JobFrom, ReportsAllProblemsAtOnceWithPlaceAndNearest) {
 }
 
 TEST(JobFrom, RefusesKeysThatThisVersionWouldIgnore) {
-  for (const std::string line : {"cluster: x", "executor: slurm", "brick: {}"}) {
-    const auto refused = job("scanmill: 1\n" + line + "\n");
-    ASSERT_FALSE(refused.ok()) << line;
-    EXPECT_NE(refused.error().text().find("not in this version"), std::string::npos) << refused.error().text();
-  }
+  const auto refused = job("scanmill: 1\nbrick: {}\n");
+  ASSERT_FALSE(refused.ok());
+  EXPECT_NE(refused.error().text().find("not in this version"), std::string::npos) << refused.error().text();
+}
+
+TEST(JobFrom, ReadsHowWorkIsHandedToTheCluster) {
+  const auto full =
+      job("scanmill: 1\nexecutor: slurm\ncluster: {partition: batch, account: 42, extra: --constraint=avx2 --nice=10,\n"
+          "  wrap: [apptainer, exec, 'my image.sif'], time: 30m, element_time: 2m, poll_s: 5, chunk: 100}\n");
+  ASSERT_TRUE(full.ok()) << full.error().text();
+  const ClusterKeys& keys = full->how.cluster;
+  EXPECT_TRUE(full->how.on_cluster);
+  EXPECT_EQ(keys.partition, "batch");
+  EXPECT_EQ(keys.account, "42");
+  EXPECT_EQ(keys.extra, (std::vector<std::string>{"--constraint=avx2", "--nice=10"}));
+  EXPECT_EQ(keys.wrap, (std::vector<std::string>{"apptainer", "exec", "my image.sif"}));
+  EXPECT_EQ(keys.time_s, 1800);
+  EXPECT_EQ(keys.element_s, 120);
+  EXPECT_EQ(keys.poll_s, 5);
+  EXPECT_EQ(keys.chunk, 100);
+  const auto wrong =
+      job("scanmill: 1\nexecutor: slrm\ncluster:\n  partition: [a]\n  tme: 3m\n  time: soon\n  wrap: {}\n  chunk: 0\n");
+  ASSERT_FALSE(wrong.ok());
+  for (const char* line : {":2:11: executor: found slrm; allowed inline, local, slurm; nearest slurm",
+                           ":4:14: cluster.partition", ":5:3: cluster.tme: unknown key", "nearest time",
+                           ":6:9: cluster.time: found soon", ":7:9: cluster.wrap", ":8:10: cluster.chunk"})
+    EXPECT_NE(wrong.error().text().find(line), std::string::npos) << line << "\n" << wrong.error().text();
 }
 
 TEST(JobFrom, IgnoresExtensionsAndNothingElse) {

@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "runner/slurm_waves.hpp"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cctype>
+#include <filesystem>
+
+#include "base/text.hpp"
+#include "runner/slurm_client.hpp"
+#include "runner/task.hpp"
+#include "runner/task_result.hpp"
+#include "store/files.hpp"
+
+namespace scanmill::runner {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr const char* kNameFile = "/name";
+constexpr const char* kScriptFile = "/script.sh";
+constexpr const char* kClockFile = "/clock";
+constexpr std::size_t kLongestStem = 24;
+
+std::string work_folder(const OutputTree& tree) { return tree.root() + "/work"; }
+
+}  // namespace
+
+std::string wave_job_name(const std::string& job_path, const std::string& token) {
+  std::string stem;
+  for (const char c : fs::path(job_path).stem().string().substr(0, kLongestStem))
+    stem += std::isalnum(static_cast<unsigned char>(c)) ? c : '-';
+  return "scanmill-" + stem + "-" + token;
+}
+
+Result<WaveFolder> make_wave(const OutputTree& tree, const TaskFile& file, const std::string& name,
+                             const std::string& script) {
+  WaveFolder wave{work_folder(tree) + "/" + file.token, name};
+  TRY(store::make_folders(wave.folder));
+  TRY(store::write_text(wave.folder + kNameFile, name + "\n"));
+  TRY(store::write_text(wave.folder + kScriptFile, script));
+  TRY(store::write_text(wave.worklist(), document::to_json(to_document(file)) + "\n"));
+  TRY(store::sync_folder(work_folder(tree)));
+  return wave;
+}
+
+std::vector<WaveFolder> open_waves(const OutputTree& tree) {
+  std::vector<WaveFolder> waves;
+  std::error_code error;
+  for (fs::directory_iterator it(work_folder(tree), error), end; !error && it != end; it.increment(error)) {
+    WaveFolder wave{it->path().string(), {}};
+    if (!store::exists(wave.worklist()) || store::exists(wave.folder + "/" + kRevokedFile)) continue;
+    if (const auto source = store::open_file(wave.folder + kNameFile, kNameFile))
+      if (const auto text = read_all(**source, 4096)) wave.name = lines_of(*text).front();
+    waves.push_back(std::move(wave));
+  }
+  std::sort(waves.begin(), waves.end(), [](const WaveFolder& a, const WaveFolder& b) { return a.folder < b.folder; });
+  return waves;
+}
+
+bool has_open_waves(const OutputTree& tree) { return !open_waves(tree).empty(); }
+
+void close_wave(const WaveFolder& wave) {
+  // The mark comes first: a task that is between two looks at it must find one of the two.
+  (void)store::write_scratch(wave.folder + "/" + kRevokedFile, "\n");
+  (void)unlink(wave.worklist().c_str());
+  (void)store::remove_tree(wave.folder);  // a file that a node holds open on NFS stays until a later run
+}
+
+std::optional<double> latest_sign(const WaveFolder& wave) {
+  std::optional<std::int64_t> latest;
+  std::error_code error;
+  for (fs::directory_iterator it(wave.folder, error), end; !error && it != end; it.increment(error))
+    if (heartbeat_index(it->path().filename().string()))
+      if (const auto stamp = store::stamp_of(it->path().string()))
+        latest = std::max(latest.value_or(stamp->mtime_ns), stamp->mtime_ns);
+  if (!latest) return std::nullopt;
+  (void)store::write_scratch(wave.folder + kClockFile, "\n");
+  const auto now = store::stamp_of(wave.folder + kClockFile);
+  return now ? 1e-9 * static_cast<double>(now->mtime_ns - *latest) : 0;
+}
+
+Result<std::size_t> abandon_waves(const OutputTree& tree, bool keep_slurm) {
+  const auto waves = open_waves(tree);
+  for (const WaveFolder& wave : waves) {
+    if (!wave.name.empty()) continue;
+    const auto file = load_task_file(wave.worklist());
+    const auto sign = latest_sign(wave);
+    if (file && sign && *sign < file->lease_s)
+      return fail(Code::Cancelled,
+                  "tasks of this worklist are at work (last sign " + number_text(std::max(0.0, *sign)) +
+                      " s ago); wait for them or stop them, and run again",
+                  wave.worklist());
+  }
+  const SlurmClient slurm;
+  std::size_t closed = 0;
+  for (const WaveFolder& wave : waves) {
+    if (keep_slurm && !wave.name.empty()) continue;
+    ++closed;
+    if (!wave.name.empty()) (void)slurm.cancel(wave.name, "", "");  // without it they put nothing in place either
+    close_wave(wave);
+  }
+  // Folders of closed waves whose files were held open then.
+  std::error_code error;
+  std::vector<std::string> remains;
+  for (fs::directory_iterator it(work_folder(tree), error), end; !error && it != end; it.increment(error))
+    if (!store::exists(it->path().string() + "/" + kTaskFileName)) remains.push_back(it->path().string());
+  for (const std::string& folder : remains) (void)store::remove_tree(folder);
+  (void)rmdir(work_folder(tree).c_str());
+  return closed;
+}
+
+}  // namespace scanmill::runner
