@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "base/digest.hpp"
 #include "pipeline/what.hpp"
 
 namespace scanmill::cli {
@@ -130,8 +131,69 @@ Result<runner::Outcome> PipelineWork::run(std::size_t scan, const Node& resolved
                                           const Context& context, Progress& progress) {
   const pipeline::ScanSpec& spec = scans_[scan];
   TRY_ASSIGN(const pipeline::What what, pipeline::what_from(resolved, spec.name));
-  TRY_ASSIGN(pipeline::ScanResult result, pipeline::run_scan(archive_, spec, what, folder, frame_, context, progress));
+  std::optional<pipeline::Cut> cut;
+  if (used_parts_ && used_parts_->scan == scan) {
+    TRY_ASSIGN(cut, cut_of(scan, resolved, used_parts_->keys, used_parts_->folder));
+  }
+  TRY_ASSIGN(pipeline::ScanResult result,
+             pipeline::run_scan(archive_, spec, what, folder, frame_, context, progress, cut));
   return outcome_of(std::move(result), spec);
+}
+
+namespace {
+
+constexpr std::uint64_t kCutFrom = 4ull << 30;       // bytes of input; smaller scans are made in one piece
+constexpr std::uint64_t kPieceBytes = 512ull << 20;  // of input
+constexpr std::uint32_t kMostParts = 4096, kEdge = 256;
+
+/// Numbers of the cut, by keys and bytes alone; the folder and the identity are not known yet.
+pipeline::Cut cut_by(const runner::BrickKeys& keys, std::uint64_t bytes) {
+  const auto by_bytes = static_cast<std::uint32_t>(std::min<std::uint64_t>(bytes / kPieceBytes + 1, kMostParts));
+  pipeline::Cut cut;
+  cut.pieces = keys.pieces > 0 ? static_cast<std::uint32_t>(keys.pieces) : by_bytes;
+  cut.batches = keys.batches > 0 ? static_cast<std::uint32_t>(keys.batches) : by_bytes;
+  cut.brick_bins = keys.edge_bins > 0 ? static_cast<std::uint32_t>(keys.edge_bins) : kEdge;
+  return cut;
+}
+
+}  // namespace
+
+Result<pipeline::Cut> PipelineWork::cut_of(std::size_t scan, const Node& resolved, const runner::BrickKeys& keys,
+                                           const std::string& folder) {
+  pipeline::Cut cut = cut_by(keys, look_at(scan).bytes);
+  cut.folder = folder;
+  TRY_ASSIGN(const runner::Fingerprint fingerprint, this->fingerprint(scan, resolved));
+  cut.identity = sha256_hex(fingerprint.mesh + "\n" + std::to_string(cut.pieces) + " " + std::to_string(cut.batches) +
+                            " " + std::to_string(cut.brick_bins) + "\n");
+  return cut;
+}
+
+runner::CutParts PipelineWork::parts_of(std::size_t scan, const Node& resolved, const runner::BrickKeys& keys,
+                                     const std::string& folder) const {
+  const pipeline::ScanSpec& spec = scans_[scan];
+  const std::uint64_t bytes = look_at(scan).bytes;
+  if ((keys.edge_bins == 0 && bytes < kCutFrom) || !spec.broken.empty()) return {};
+  const auto what = pipeline::what_from(resolved, spec.name);
+  if (!what || !pipeline::is_cuttable(*what)) return {};
+  runner::CutParts parts;
+  parts.folder = folder;
+  for (const auto& wave : pipeline::waves_of(cut_by(keys, bytes), what->reduce.representative)) {
+    parts.waves.emplace_back();
+    for (const pipeline::PartTask& task : wave) parts.waves.back().push_back(pipeline::name_of(task));
+  }
+  return parts;
+}
+
+Result<void> PipelineWork::make_part(std::size_t scan, const Node& resolved, const runner::BrickKeys& keys,
+                                     const std::string& folder, const std::string& part, const Context& context,
+                                     Progress& progress) {
+  TRY_ASSIGN(const pipeline::What what, pipeline::what_from(resolved, scans_[scan].name));
+  TRY_ASSIGN(const pipeline::Cut cut, cut_of(scan, resolved, keys, folder));
+  return pipeline::make_part(archive_, scans_[scan], what, cut, part, context, progress);
+}
+
+void PipelineWork::use_parts(std::size_t scan, const runner::BrickKeys& keys, const std::string& folder) {
+  used_parts_ = UsedParts{scan, keys, folder};
 }
 
 Result<std::optional<runner::Outcome>> PipelineWork::rewrite(std::size_t scan, const Node& resolved,

@@ -28,6 +28,12 @@ class PipelineWork final : public runner::Work {
   runner::InputLook look_at(std::size_t scan) const override;
   Result<runner::Outcome> run(std::size_t scan, const document::Node& resolved, const std::string& folder,
                               const Context& context, Progress& progress) override;
+  runner::CutParts parts_of(std::size_t scan, const document::Node& resolved, const runner::BrickKeys& keys,
+                         const std::string& folder) const override;
+  Result<void> make_part(std::size_t scan, const document::Node& resolved, const runner::BrickKeys& keys,
+                         const std::string& folder, const std::string& part, const Context& context,
+                         Progress& progress) override;
+  void use_parts(std::size_t scan, const runner::BrickKeys& keys, const std::string& folder) override;
   Result<std::optional<runner::Outcome>> rewrite(std::size_t scan, const document::Node& resolved,
                                                  const std::string& standing,
                                                  const std::vector<runner::OutputFile>& files,
@@ -45,7 +51,17 @@ class PipelineWork final : public runner::Work {
   /// Keys of the scan as text; those of the scan asked for before are kept, since most scans of a job share theirs.
   Result<pipeline::KeyTexts> keys_of(const pipeline::ScanSpec& scan, const document::Node& resolved);
 
+  /// errors  those of digests_of
+  Result<pipeline::Cut> cut_of(std::size_t scan, const document::Node& resolved, const runner::BrickKeys& keys,
+                               const std::string& folder);
+
   pipeline::RunFrame frame_;
+  struct UsedParts {
+    std::size_t scan = 0;
+    runner::BrickKeys keys;
+    std::string folder;
+  };
+  std::optional<UsedParts> used_parts_;
   std::string archive_;
   std::vector<pipeline::ScanSpec> scans_;
   pipeline::HashCache hashes_;

@@ -5,6 +5,7 @@
 
 #include "base/digest.hpp"
 #include "base/text.hpp"
+#include "cloud/over_blocks.hpp"
 #include "pipeline/clean_scan.hpp"
 #include "pipeline/density.hpp"
 #include "pipeline/finish_scan.hpp"
@@ -43,11 +44,10 @@ void add_notes(const MeshedSurface& surface, const reduce::Report& report, const
                     (surface.strays.size() == 1 ? " was" : " were") + " dropped (" +
                     counted(surface.kept_in_strays, "point") + "), listed in the record under /strays");
   if (surface.sides_by_volume > 0 && !surface.loops.empty())
-    notes.push_back(
-        "no view tells which side of " + counted(surface.sides_by_volume, "component") + " is outside; " +
-        (surface.sides_by_volume == 1 ? "it was" : "each was") +
-        " turned so that it bulges outward (ground: upward), which for open surfaces is a guess; where the "
-        "sensor sat says it (views: eye, or a scan plan with its sensor)");
+    notes.push_back("no view tells which side of " + counted(surface.sides_by_volume, "component") + " is outside; " +
+                    (surface.sides_by_volume == 1 ? "it was" : "each was") +
+                    " turned so that it bulges outward (ground: upward), which for open surfaces is a guess; where the "
+                    "sensor sat says it (views: eye, or a scan plan with its sensor)");
   if (!(mesh.offset == Vec3{}))
     notes.push_back(
         "float32 would cost more than a thousandth of the bin edge this far from the origin: the STL is "
@@ -107,7 +107,39 @@ void add_findings(const ScanResults& all, NoteList& notes) {
   notes.add(std::move(unmeshed));
 }
 
+/// Every part that is not there, one after the other, and their joining. A pass over the parts leaves no trace of the
+/// blocks in `points`: where the sensor's band is judged, they are read once more.
+Result<reduce::Reduction> reduce_in_parts(const PointSource& points, const What& what, const Cut& cut,
+                                          bool bands_are_judged, const Context& context, Progress& progress) {
+  const WatchedPoints watched(points, "reduce", progress);
+  const CutReduction parts(watched, what.lattice, what.reduce, cut);
+  for (const auto& wave : waves_of(cut, what.reduce.representative))
+    for (const PartTask& task : wave) TRY(parts.make(task, context));
+  if (bands_are_judged) TRY(over_blocks(points, context, [](int, const PointBlock&) -> Result<void> { return {}; }));
+  return parts.join(context);
+}
+
 }  // namespace
+
+bool is_cuttable(const What& what) { return reduce::is_cuttable(what.lattice) && !what.refine.poses; }
+
+Result<void> make_part(const std::string& archive, const ScanSpec& scan, const What& what, const Cut& cut,
+                       const std::string& part, const Context& context, Progress& progress) {
+  TRY_ASSIGN(const auto points, ScanPoints::open(archive, scan, what.units_mm, what.format));
+  auto clean = clean_scan(*points, what, context, progress);
+  if (!clean.ok()) return name_file(std::move(clean).error(), scan);
+  const CleanedScan cleaned = std::move(clean).value();
+  const WatchedPoints watched(*cleaned.points, part, progress);
+  const CutReduction parts(watched, what.lattice, what.reduce, cut);
+  for (const auto& wave : waves_of(cut, what.reduce.representative))
+    for (const PartTask& task : wave) {
+      if (name_of(task) != part) continue;
+      auto made = parts.make(task, context);
+      if (!made.ok()) return name_file(explained(std::move(made).error(), cleaned), scan);
+      return points->verify_unchanged();
+    }
+  return fail(Code::BadParameter, "found part '" + part + "'; such a scan has no part of this name", scan.name);
+}
 
 std::vector<std::pair<std::string, std::string>> stage_versions() {
   return {{"read", "3"}, {"clean", "1"},    {"reduce", "3"}, {"stars", "2"},  {"front", "1"},  {"merge", "2"},
@@ -157,7 +189,7 @@ Result<ScanDigests> digests_of(const std::string& archive, const ScanSpec& scan,
 
 Result<ScanResult> run_scan(const std::string& archive, const ScanSpec& scan, const What& what,
                             const std::string& folder, const RunFrame& frame, const Context& context,
-                            Progress& progress) {
+                            Progress& progress, const std::optional<Cut>& cut) {
   ScanResult result;
   result.name = scan.name;
   NoteList notes;
@@ -183,7 +215,9 @@ Result<ScanResult> run_scan(const std::string& archive, const ScanSpec& scan, co
   if (cleaned.cleaned) clock.lap("clean");
 
   const WatchedPoints watched(*cleaned.points, "reduce", progress);
-  auto reduced = reduce::reduce_cloud(watched, what.lattice, what.reduce, context);
+  auto reduced = cut && is_cuttable(what)
+                     ? reduce_in_parts(*cleaned.points, what, *cut, points->judges_bands(), context, progress)
+                     : reduce::reduce_cloud(watched, what.lattice, what.reduce, context);
   if (!reduced.ok()) return name_file(explained(std::move(reduced).error(), cleaned), scan);
   std::vector<std::string> found;
   if (auto seen = points->check_bands(found); !seen.ok()) return name_file(std::move(seen).error(), scan);

@@ -11,6 +11,7 @@
 #include "base/context.hpp"
 #include "base/progress.hpp"
 #include "base/result.hpp"
+#include "pipeline/cut_scan.hpp"
 #include "pipeline/discovery.hpp"
 #include "pipeline/hash_cache.hpp"
 #include "pipeline/what.hpp"
@@ -34,6 +35,14 @@ struct RunFrame {
   std::string job, tool, date;
 };
 
+/// True when the reduction of such a scan can be done in parts (pipeline/cut_scan.hpp): the lattice is given by the job
+/// alone, and no view is moved.
+bool is_cuttable(const What& what);
+/// One part of the scan's reduction, by the name that name_of(PartTask) gives; does nothing when it is there.
+/// errors  BadParameter for a name that the cut does not have; those of run_scan up to its reduction
+Result<void> make_part(const std::string& archive, const ScanSpec& scan, const What& what, const Cut& cut,
+                       const std::string& part, const Context& context, Progress& progress);
+
 /// Names and versions of the stages in the order of the flow; a version rises when the stage's bytes change.
 std::vector<std::pair<std::string, std::string>> stage_versions();
 
@@ -55,10 +64,11 @@ Result<ScanDigests> digests_of(const std::string& archive, const ScanSpec& scan,
                                HashCache& cache);
 
 /// Reads, meshes, judges, and writes the mesh files, record.h5, preview pictures and report.html complete and synced
-/// into `folder` (exists, empty). errors  BadInput naming file and place; NoSpace, IoFailed; Cancelled
+/// into `folder` (exists, empty). With a `cut` the reduction is put together from its parts; those that are not there
+/// are made first, one after the other. errors  BadInput naming file and place; NoSpace, IoFailed; Cancelled
 Result<ScanResult> run_scan(const std::string& archive, const ScanSpec& scan, const What& what,
                             const std::string& folder, const RunFrame& frame, const Context& context,
-                            Progress& progress);
+                            Progress& progress, const std::optional<Cut>& cut = std::nullopt);
 
 /// A committed result of the same mesh (ScanDigests::mesh).
 struct Previous {

@@ -255,6 +255,8 @@ std::vector<plan::Finding> ScanPoints::band_findings() const {
   return all;
 }
 
+bool ScanPoints::judges_bands() const { return impl_->bands != nullptr; }
+
 Result<void> ScanPoints::check_bands(std::vector<std::string>& notes) const {
   std::string errors;
   for (const plan::Finding& finding : band_findings())

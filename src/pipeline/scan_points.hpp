@@ -63,6 +63,8 @@ class ScanPoints final : public PointSource {
   /// What the blocks read so far say about the sensor's depth band and field, station by station; empty when the scan
   /// has no plan with a sensor.
   std::vector<plan::Finding> band_findings() const;
+  /// True when check_bands says anything at all: the scan has a plan with a sensor.
+  bool judges_bands() const;
   /// errors  BadInput with the findings that are errors, a line each; warnings are added to `notes`
   Result<void> check_bands(std::vector<std::string>& notes) const;
   /// errors  BadInput naming the file whose size, time or inode is not that of the moment it was opened

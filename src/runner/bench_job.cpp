@@ -327,7 +327,8 @@ double JobTiming::scans_per_hour(std::uint64_t scans) const {
 }
 
 bool is_slower(const JobTiming& now, const JobTiming& then) {
-  // What others do on the machine moves the median of all repeats, but leaves the least of them; a slower build does not.
+  // What others do on the machine moves the median of all repeats, but leaves the least of them; a slower build does
+  // not.
   return now.yardsticks.median > kJobSlower * then.yardsticks.median &&
          now.yardsticks.least > kLeastSlower * then.yardsticks.least;
 }

@@ -227,9 +227,19 @@ class Driver {
       if (!journal) return refuse(journal.error(), kExitInternal);
       journal_ = std::make_unique<Journal>(*std::move(journal));
     }
-    const ScanMaker maker({options_, tree_, work_, quarantine_, stop_, report_.host, shared_memory(),
-                           report_.memory_cap, job_.how.disk, is_inline() ? 0 : job_.how.scan_time_limit_s,
-                           journal_ ? journal_->epoch() : 0, {}});
+    const ScanMaker maker({options_,
+                           tree_,
+                           work_,
+                           quarantine_,
+                           stop_,
+                           report_.host,
+                           shared_memory(),
+                           report_.memory_cap,
+                           job_.how.disk,
+                           is_inline() ? 0 : job_.how.scan_time_limit_s,
+                           journal_ ? journal_->epoch() : 0,
+                           job_.how.brick,
+                           {}});
     auto executor = executor_for(maker);
     Scheduler scheduler({options_, job_.how, tree_, selection_, maker, work_, console_, stop_, report_, quarantine_,
                          journal_.get(), *executor, shared_memory(), in_this_process(),
@@ -289,7 +299,10 @@ class Driver {
     auto make = [this, &maker, of](const Order& order, Progress& progress) {
       const SelectedScan& scan = selection_.scans[order.scan];
       if (in_this_process()) console_.begin("[" + std::to_string(order.scan + 1) + of + scan.task.name);
-      Attempt attempt = maker.make(scan, report_.scans[order.scan], order.threads, order.memory, progress);
+      const ScanEntry& entry = report_.scans[order.scan];
+      Attempt attempt = order.part.empty()
+                            ? maker.make(scan, entry, order.threads, order.memory, progress)
+                            : maker.make_part(scan, entry, order.part, order.threads, order.memory, progress);
       if (in_this_process()) console_.end();
       return attempt;
     };

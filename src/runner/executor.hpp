@@ -18,6 +18,7 @@ struct Order {
   std::size_t scan = 0;  // place in the selection
   int threads = 1;
   std::uint64_t memory = 0;  // cap; 0: none
+  std::string part = {};     // of a scan that is cut; empty: the scan itself
 };
 
 /// An attempt that is running, as the operator sees it.

@@ -16,10 +16,7 @@ using document::Problems;
 using document::shown;
 
 constexpr std::string_view kOwnKeys[] = {"scanmill", "archive",  "scans", "overrides", "resources", "executor",
-                                         "strict",   "settle_s", "retry", "notify",    "cluster"};
-// Keys of the contract that this version would ignore are refused by name, so that no job silently does less than it
-// says.
-constexpr std::string_view kLaterKeys[] = {"brick"};
+                                         "strict",   "settle_s", "retry", "notify",    "cluster",   "brick"};
 constexpr std::string_view kTextResources[] = {"memory", "disk", "scan_time_limit", "until"};
 const Field kSettle =
     field<How, &How::settle_s>("settle_s", "", "Files changed less than this ago are waited for.", {0, 86400});
@@ -78,6 +75,18 @@ void read_resources(const Node& section, How& how, Problems& problems) {
   read_text(section, "disk", size, how.disk, "a size such as 50G or 1T", problems);
   read_text(section, "scan_time_limit", parse_duration, how.scan_time_limit_s, "a time such as 90m or 6h", problems);
   read_text(section, "until", parse_time_of_day, how.until_minute, "a time of day such as \"05:30\"", problems);
+}
+
+void read_brick(const Node& section, How& how, Problems& problems) {
+  constexpr std::string_view kByHand[] = {"edge_bins"};
+  document::read_fields(section, "brick", brick_fields(), &how.brick, kByHand, problems);
+  const Node* edge = section.is_map() ? section.find("edge_bins") : nullptr;
+  if (!edge || (edge->is_string() && edge->as_string() == "auto")) return;
+  const std::int64_t bins = edge->is_integer() ? edge->as_integer() : 0;
+  if (bins >= 8 && bins <= 256 && (bins & (bins - 1)) == 0)
+    how.brick.edge_bins = bins;
+  else
+    problems.add(edge->mark, "brick.edge_bins", "found " + shown(*edge) + "; allowed auto, 8, 16, 32, 64, 128, 256");
 }
 
 void read_executor(const Node& value, How& how, Problems& problems) {
@@ -192,6 +201,8 @@ void read_top(const Node& root, Job& job, const Work& work, Problems& problems) 
       document::read_fields(value, "retry", retry_fields(), &job.how, {}, problems);
     else if (entry.key == "cluster")
       read_cluster(value, job.how.cluster, problems);
+    else if (entry.key == "brick")
+      read_brick(value, job.how, problems);
     else if (entry.key == "notify")
       read_notify(value, job.how.notify, problems);
     else if (entry.key == "strict") {
@@ -205,8 +216,6 @@ void read_top(const Node& root, Job& job, const Work& work, Problems& problems) 
                      "found " + shown(value) + "; allowed a list of {scans: PATTERN, key: value}");
       else
         for (const Node& item : value.items()) job.overrides.push_back(read_override(item, work, problems));
-    } else if (among(entry.key, kLaterKeys)) {
-      problems.add(entry.mark, entry.key, "not in this version; remove the key");
     } else if (entry.key != "scanmill" && !is_extension(entry.key)) {
       problems.add_unknown(entry, "", allowed);
     }
@@ -233,6 +242,15 @@ std::span<const Field> retry_fields() {
       field<How, &How::retry_internal>("internal", "", "Further attempts after a worker died.", {0, 100}),
       field<How, &How::retry_wait_s>("wait_s", "", "Before the first of them; four times as long before each next.",
                                      {0, 3600}),
+  };
+  return kTable;
+}
+
+std::span<const Field> brick_fields() {
+  static const Field kTable[] = {
+      field<BrickKeys, &BrickKeys::pieces>("pieces", "", "Of the input of a scan that is cut; 0: by its bytes.",
+                                           {0, 4096}),
+      field<BrickKeys, &BrickKeys::batches>("batches", "", "Of bricks, each one task; 0: by the bytes.", {0, 4096}),
   };
   return kTable;
 }

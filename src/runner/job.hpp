@@ -23,6 +23,7 @@ struct How {
   bool in_this_process = false;  // executor: inline
   bool on_cluster = false;       // executor: slurm
   ClusterKeys cluster;
+  BrickKeys brick;             // scans that are cut into tasks
   std::int64_t settle_s = 60;  // files changed less than this ago may still be written
   double scan_time_limit_s = 6 * 3600;
   std::int64_t until_minute = -1;    // of the day, local time: nothing is started that would not end by then
@@ -68,6 +69,7 @@ std::span<const std::string_view> executor_words();
 /// The tables behind `resources` and `retry` and their schemas.
 std::span<const Field> resource_fields();
 std::span<const Field> retry_fields();
+std::span<const Field> brick_fields();
 const Field& settle_field();
 /// 90, "90s", "15m", "6h", "1d" as seconds.
 std::optional<double> parse_duration(std::string_view text);

@@ -111,6 +111,17 @@ Node job_schema(const Node& what_properties) {
                  document::fields_schema(retry_fields(), &defaults, "How often failed scans are tried again."));
   properties.set("notify", notify_schema());
   properties.set("cluster", cluster_schema());
+  const BrickKeys bricks;
+  Node brick = document::fields_schema(brick_fields(), &bricks,
+                                       "How a large scan is cut into tasks; changes no byte of the result.");
+  Node edge = described(nullptr, "Edge of a brick of the lattice in bins; a number has every scan cut that can be.");
+  Node edges = Node::sequence();
+  edges.push("auto");
+  for (const int bins : {8, 16, 32, 64, 128, 256}) edges.push(bins);
+  edge.set("enum", std::move(edges));
+  edge.set("default", "auto");
+  brick.find("properties")->set("edge_bins", std::move(edge));
+  properties.set("brick", std::move(brick));
 
   Node schema = Node::map();
   schema.set("$schema", "http://json-schema.org/draft-07/schema#");

@@ -191,6 +191,48 @@ Attempt ScanMaker::make(const SelectedScan& scan, ScanEntry entry, int threads, 
   return end();
 }
 
+CutParts ScanMaker::parts_of(const SelectedScan& scan) const {
+  return frame_.work.parts_of(scan.number, *scan.what, frame_.bricks, frame_.tree.work(scan.task.name));
+}
+
+Attempt ScanMaker::make_part(const SelectedScan& scan, ScanEntry entry, const std::string& part, int threads,
+                             std::uint64_t memory, Progress& progress) const {
+  const auto began = Clock::now();
+  const double cpu = cpu_seconds();
+  std::string latest;
+  StageWatch watch(progress, latest);
+  watch.stage(part, 0, 0);
+  const std::string folder = frame_.tree.work(scan.task.name);
+  const auto made = [&]() -> Result<void> {
+    TRY(store::make_folders(folder));
+    page_beyond(memory, frame_.disk, folder);
+    auto outcome = guarded(memory, frame_.cap, [&]() -> Result<Outcome> {
+      act_on_test_fault(scan.task.name);
+      const ChunkLoop loop(threads);
+      TRY(frame_.work.make_part(scan.number, *scan.what, frame_.bricks, folder, part, {loop, frame_.stop.flag}, watch));
+      return Outcome{};
+    });
+    if (!outcome) return std::move(outcome).error();
+    return {};
+  }();
+  Attempt result;
+  result.hashes = frame_.work.save_hashes_of(scan.number);
+  if (!made) {
+    const Error& error = made.error();
+    const bool machine = error.code == Code::IoFailed || (error.code == Code::NoSpace && error.where != "memory");
+    result.output_is_bad = machine && frame_.tree.is_unwritable();
+    fail_entry(error, load_state(frame_.tree.scan(scan.task.name)).has_value(), entry);
+    entry.failed_stage = part;
+    if (const auto now = frame_.work.fingerprint(scan.number, *scan.what)) result.fingerprint = now->value;
+  }
+  if (entry.why.empty()) entry.why = {"new or changed"};
+  entry.seconds += seconds_since(began);
+  entry.cpu_seconds += cpu_seconds() - cpu;
+  entry.peak_memory = std::max(entry.peak_memory, peak_memory());
+  result.entry = std::move(entry);
+  return result;
+}
+
 /// A log that says when, with what and why.
 Result<std::unique_ptr<ScanLog>> ScanMaker::begin_log(const SelectedScan& scan, const ScanEntry& entry, int threads,
                                                       Progress& progress) const {
@@ -213,6 +255,7 @@ Result<void> ScanMaker::attempt(const SelectedScan& scan, const Fingerprint& fin
   if (made && frame_.stop.flag.is_set()) made = fail(Code::Cancelled, "stopped before the result was put in place");
   if (made) made = still_ours();
   if (made) made = frame_.tree.commit(folder, scan.task.name);
+  if (made) (void)store::remove_tree(frame_.tree.work(scan.task.name));
   if (!made) {
     log->line("failed: " + made.error().text());
     (void)store::remove_tree(folder);
@@ -247,6 +290,10 @@ Result<void> ScanMaker::fill(const SelectedScan& scan, const Fingerprint& finger
       if (again) return *std::move(again);
       std::erase(entry.why, kFromRecord);
       entry.notes.push_back("meshed again, the earlier record is of no use: " + refusal);
+    }
+    if (const CutParts parts = parts_of(scan); !parts.waves.empty()) {
+      TRY(store::make_folders(parts.folder));
+      frame_.work.use_parts(scan.number, frame_.bricks, parts.folder);
     }
     return frame_.work.run(scan.number, *scan.what, folder, context, progress);
   });

@@ -46,6 +46,7 @@ class ScanMaker {
     std::uint64_t disk = 0;    // that a scan may use beside its results; 0: what is free
     double time_limit_s = 0;   // of a scan; 0: none
     std::uint64_t epoch = 0;   // of the journal; a later one ends the right to commit
+    BrickKeys bricks = {};
     std::function<bool()>
         may_commit;  // in place of the epoch, where the one who ordered the scan may be another one now
   };
@@ -56,6 +57,11 @@ class ScanMaker {
   Judgement judge(const SelectedScan& scan, ScanEntry entry) const;
   /// Reads the inputs, and makes the scan when something changed. `memory` is the cap, for messages.
   Attempt make(const SelectedScan& scan, ScanEntry entry, int threads, std::uint64_t memory, Progress& progress) const;
+  /// Makes one part of a scan that is cut. The entry is pending when it is there, failed when not.
+  Attempt make_part(const SelectedScan& scan, ScanEntry entry, const std::string& part, int threads,
+                    std::uint64_t memory, Progress& progress) const;
+  /// The parts of a scan as the job has it cut; no waves when it is made in one piece.
+  CutParts parts_of(const SelectedScan& scan) const;
 
  private:
   bool settle(const SelectedScan& scan, const Fingerprint& fingerprint, const std::optional<ScanState>& state,

@@ -64,7 +64,6 @@ Node event_for(const char* type, const std::string& scan) {
 Scheduler::Scheduler(Parts parts)
     : p_(std::move(parts)), view_(p_.console, p_.tree.live_file(), p_.journal ? p_.journal->epoch() : 0) {
   for (const SelectedScan& scan : p_.selection.scans) names_.push_back(scan.task.name);
-  at_work_.resize(names_.size());
   remembered_.resize(names_.size());
   if (p_.how.until_minute >= 0) deadline_ = next_minute(p_.how.until_minute);
   if (p_.journal)
@@ -121,7 +120,45 @@ void Scheduler::put_on_list(std::size_t scan) {
   const bool waits = p_.how.settle_s > 0 && p_.options.only.empty() && p_.journal;
   if (waits) (void)settles(item);
   bytes_all_ += item.bytes;
-  list_.add(item);
+  const CutParts parts = p_.journal ? p_.maker.parts_of(p_.selection.scans[scan]) : CutParts{};
+  if (parts.waves.empty()) return list_.add(item);
+  cut_[scan] = {parts.waves, 0, 0, item.bytes, {}, {}};
+  put_next_wave(scan);
+}
+
+/// Parts of the next wave, which share the bytes of the scan; after the last one the scan itself.
+void Scheduler::put_next_wave(std::size_t scan) {
+  CutState& cut = cut_[scan];
+  WorkItem item;
+  item.scan = scan;
+  item.bytes = cut.bytes;
+  item.memory = remembered_[scan];
+  if (cut.next == cut.waves.size()) {
+    cut_.erase(scan);
+    return list_.add(item);
+  }
+  const std::vector<std::string>& wave = cut.waves[cut.next++];
+  cut.left = wave.size();
+  item.bytes = std::max<std::uint64_t>(1, cut.bytes / wave.size());
+  for (const std::string& part : wave) {
+    item.part = part;
+    list_.add(item);
+  }
+}
+
+WorkItem Scheduler::take_from_work(const Order& order) {
+  const auto found = std::find_if(at_work_.begin(), at_work_.end(), [&](const WorkItem& item) {
+    return item.scan == order.scan && item.part == order.part;
+  });
+  WorkItem item;
+  if (found == at_work_.end()) {
+    item.scan = order.scan;
+    item.part = order.part;
+    return item;
+  }
+  item = *found;
+  at_work_.erase(found);
+  return item;
 }
 
 /// Minutes may pass before the first scan starts: an operator must not take that for a hang.
@@ -219,15 +256,15 @@ void Scheduler::start_ready() {
       continue;
     }
     if (!may_start(item, order)) continue;
-    if (p_.journal) {
+    if (p_.journal && item.part.empty()) {
       Node event = event_for("start", name(item.scan));
       event.set("threads", order.threads);
       event.set("memory_bytes", order.memory);
       p_.journal->add(std::move(event));
     }
-    at_work_[item.scan] = item;
+    at_work_.push_back(item);
     if (auto started = p_.executor.start(order); !started) {
-      at_work_[item.scan].reset();
+      (void)take_from_work(order);
       if (p_.executor.running().empty()) {
         p_.complain(started.error());
         code_ = kExitInternal;
@@ -288,8 +325,8 @@ void Scheduler::put_off(const std::string& why) {
 /// An attempt is over: its entry, and whether there will be another.
 void Scheduler::end(Ended&& ended) {
   const std::size_t scan = ended.order.scan;
-  const WorkItem item = at_work_[scan].value_or(WorkItem{});
-  at_work_[scan].reset();
+  const WorkItem item = take_from_work(ended.order);
+  if (!item.part.empty()) return end_part(item, std::move(ended));
   ScanEntry& entry = p_.report.scans[scan];
   std::string fingerprint;
   bool output_is_bad = false;
@@ -308,6 +345,58 @@ void Scheduler::end(Ended&& ended) {
   if (again) return;
   finish_scan(item, ended, fingerprint);
   if (output_is_bad) code_ = kExitInternal;
+}
+
+/// A part is there, is tried again, or its scan has failed. The others of the scan come to their end first.
+void Scheduler::end_part(const WorkItem& item, Ended&& ended) {
+  const auto found = cut_.find(item.scan);
+  if (found == cut_.end()) return;
+  CutState& cut = found->second;
+  ScanEntry& entry = p_.report.scans[item.scan];
+  const ScanEntry before = entry;
+  bool output_is_bad = false;
+  std::string fingerprint;
+  if (ended.attempt) {
+    entry = std::move(ended.attempt->entry);
+    // Parts run side by side: each began with what the entry was then.
+    entry.seconds = before.seconds + ended.seconds;
+    entry.cpu_seconds = before.cpu_seconds + ended.cpu_seconds;
+    entry.peak_memory = std::max(before.peak_memory, ended.peak_memory);
+    fingerprint = std::move(ended.attempt->fingerprint);
+    output_is_bad = ended.attempt->output_is_bad;
+    p_.work.load_hashes(ended.attempt->hashes);
+  } else {
+    take_over_death(ended, entry);
+    entry.attempts = before.attempts;
+  }
+  core_seconds_ += ended.seconds * ended.order.threads;
+  const bool failed = entry.failure != FailureClass::None;
+  if (failed && !cut.failed && !output_is_bad && goes_again(item, ended, entry)) return;
+  if (failed) {
+    if (!cut.failed) {
+      cut.failed = entry;
+      cut.fingerprint = fingerprint;
+      list_.drop(item.scan);
+    }
+    entry = *cut.failed;
+  }
+  const auto at_work =
+      std::count_if(at_work_.begin(), at_work_.end(), [&](const WorkItem& other) { return other.scan == item.scan; });
+  if (cut.failed) {
+    entry = *cut.failed;
+    if (at_work > 0) return;
+    WorkItem whole = item;
+    whole.part.clear();
+    whole.bytes = cut.bytes;
+    const std::string known = cut.fingerprint;
+    cut_.erase(found);
+    ++entry.attempts;
+    if (p_.journal) note_end(whole, ended, false);
+    finish_scan(whole, ended, known);
+    if (output_is_bad) code_ = kExitInternal;
+    return;
+  }
+  if (--cut.left == 0) put_next_wave(item.scan);
 }
 
 /// The process died without an answer.

@@ -2,6 +2,7 @@
 // The middle of a run: takes scans from the worklist to the executor and decides what becomes of those that fail.
 #pragma once
 #include <chrono>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -43,6 +44,9 @@ class Scheduler {
 
   void sort_out();
   void put_on_list(std::size_t scan);
+  void put_next_wave(std::size_t scan);
+  void end_part(const WorkItem& item, Ended&& ended);
+  WorkItem take_from_work(const Order& order);
   void tell_of_waits();
   void listen();
   void start_ready();
@@ -65,8 +69,18 @@ class Scheduler {
   Worklist list_;
   RunView view_;
   std::vector<std::string> names_;
-  std::vector<std::optional<WorkItem>> at_work_;  // by scan
-  std::vector<std::uint64_t> remembered_;         // memory that a scan was found to need
+  std::vector<WorkItem> at_work_;
+  /// A scan whose parts are made first.
+  struct CutState {
+    std::vector<std::vector<std::string>> waves;
+    std::size_t next = 0;     // wave
+    std::size_t left = 0;     // parts of the wave before
+    std::uint64_t bytes = 0;  // of the scan
+    std::optional<ScanEntry> failed;
+    std::string fingerprint;
+  };
+  std::map<std::size_t, CutState> cut_;
+  std::vector<std::uint64_t> remembered_;  // memory that a scan was found to need
   Clock::time_point began_ = Clock::now(), saved_{}, asked_{}, space_checked_{}, stop_at_{};
   double save_took_ = 0;
   std::uint64_t bytes_all_ = 0, bytes_done_ = 0;

@@ -70,8 +70,19 @@ class TaskRun {
       return exit_code_of(found.error());
     }
     const Quarantine quarantine = Quarantine::load(tree_.quarantine_file());
-    const ScanMaker maker({run_options_, tree_, work_, quarantine, stop_, host_name(), file_.memory_cap, memory_,
-                           0, file_.time_limit_s, 0, [this] { return is_wanted(); }});
+    const ScanMaker maker({run_options_,
+                           tree_,
+                           work_,
+                           quarantine,
+                           stop_,
+                           host_name(),
+                           file_.memory_cap,
+                           memory_,
+                           0,
+                           file_.time_limit_s,
+                           0,
+                           {},
+                           [this] { return is_wanted(); }});
     LocalOptions local;
     local.time_limit_s = file_.time_limit_s;
     const auto executor = make_local_executor(

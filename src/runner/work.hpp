@@ -67,6 +67,19 @@ struct OutputFile {
   std::string sha256;
 };
 
+/// How large scans are cut into tasks; changes no byte of a result.
+struct BrickKeys {
+  std::int64_t edge_bins = 0;  // of a brick; 0: 256, and only scans of many bytes are cut
+  std::int64_t pieces = 0;     // of the input; 0: by its bytes
+  std::int64_t batches = 0;    // of bricks; 0: by the bytes
+};
+
+/// The parts of one scan: names by waves, each of which needs all before it, and where they are kept.
+struct CutParts {
+  std::vector<std::vector<std::string>> waves;  // empty: the scan is made in one piece
+  std::string folder;
+};
+
 class Work {
  public:
   virtual ~Work() = default;
@@ -87,6 +100,19 @@ class Work {
   /// Writes the scan's files, complete and synced, into the empty `folder`.
   virtual Result<Outcome> run(std::size_t scan, const document::Node& resolved, const std::string& folder,
                               const Context& context, Progress& progress) = 0;
+  /// How the scan is cut, if it is: by its keys and bytes alone. `folder`: where its parts would be kept.
+  virtual CutParts parts_of(std::size_t /*scan*/, const document::Node& /*resolved*/, const BrickKeys& /*keys*/,
+                         const std::string& /*folder*/) const {
+    return {};
+  }
+  /// Makes one part; nothing is done when it is there. `keys` and `folder` as for parts_of; the folder exists.
+  virtual Result<void> make_part(std::size_t /*scan*/, const document::Node& /*resolved*/, const BrickKeys& /*keys*/,
+                                 const std::string& /*folder*/, const std::string& part, const Context& /*context*/,
+                                 Progress& /*progress*/) {
+    return fail(Code::Internal, "this work has no parts", part);
+  }
+  /// The next run() of this scan puts it together from its parts, and makes those that are missing.
+  virtual void use_parts(std::size_t /*scan*/, const BrickKeys& /*keys*/, const std::string& /*folder*/) {}
   /// The same files from an earlier result with the same Fingerprint::mesh that lies in `standing`, when only outputs
   /// or gates changed. Nothing when the earlier files cannot serve: `refusal` says why, and `folder` is still empty.
   virtual Result<std::optional<Outcome>> rewrite(std::size_t /*scan*/, const document::Node& /*resolved*/,

@@ -39,7 +39,7 @@ std::optional<std::pair<WorkItem, Order>> Worklist::next(const Room& room, Momen
     const WorkItem& item = entry->item;
     if (item.not_before > now) continue;
     const int threads = threads_for(item, bytes_, items_.size(), room);
-    Order order{item.scan, threads, 0};
+    Order order{item.scan, threads, 0, item.part};
     if (room.memory > 0) {
       const std::uint64_t wanted = std::min(room.memory, std::max(item.memory, memory_guess(item.bytes)));
       const std::uint64_t share =
@@ -73,6 +73,13 @@ Worklist::Waits Worklist::waits(Moment now) const {
     waits.last = std::max(waits.last, entry.item.not_before);
   }
   return waits;
+}
+
+void Worklist::drop(std::size_t scan) {
+  std::erase_if(items_, [&](const Entry& entry) {
+    if (entry.item.scan == scan) bytes_ -= entry.item.bytes;
+    return entry.item.scan == scan;
+  });
 }
 
 std::vector<WorkItem> Worklist::drop_all() {

@@ -18,6 +18,7 @@ struct WorkItem {
   std::uint64_t memory = 0;         // known to be needed; 0: go by the bytes
   Moment not_before{};              // waits for its files to settle, or for a fault to pass
   int transient = 0, internal = 0;  // retries so far
+  std::string part = {};            // of a scan that is cut; empty: the scan itself
 };
 
 /// What a machine has, and what of it is free.
@@ -45,6 +46,8 @@ class Worklist {
     Moment last{};
   };
   Waits waits(Moment now) const;
+  /// Takes out what is left of one scan.
+  void drop(std::size_t scan);
   /// Takes everything out.
   std::vector<WorkItem> drop_all();
 

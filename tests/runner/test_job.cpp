@@ -43,10 +43,21 @@ TEST(JobFrom, ReportsAllProblemsAtOnceWithPlaceAndNearest) {
     EXPECT_NE(text.find(line), std::string::npos) << line << "\n" << text;
 }
 
-TEST(JobFrom, RefusesKeysThatThisVersionWouldIgnore) {
-  const auto refused = job("scanmill: 1\nbrick: {}\n");
-  ASSERT_FALSE(refused.ok());
-  EXPECT_NE(refused.error().text().find("not in this version"), std::string::npos) << refused.error().text();
+TEST(JobFrom, ReadsHowScansAreCutIntoBricks) {
+  const auto plain = job("scanmill: 1\n");
+  ASSERT_TRUE(plain.ok()) << plain.error().text();
+  EXPECT_EQ(plain->how.brick.edge_bins, 0);
+  const auto full = job("scanmill: 1\nbrick: {edge_bins: 64, pieces: 5, batches: 9}\n");
+  ASSERT_TRUE(full.ok()) << full.error().text();
+  EXPECT_EQ(full->how.brick.edge_bins, 64);
+  EXPECT_EQ(full->how.brick.pieces, 5);
+  EXPECT_EQ(full->how.brick.batches, 9);
+  EXPECT_TRUE(job("scanmill: 1\nbrick: {edge_bins: auto}\n").ok());
+  for (const char* edge : {"0", "100", "512", "much", "1.5"}) {
+    const auto refused = job(std::string("scanmill: 1\nbrick: {edge_bins: ") + edge + "}\n");
+    ASSERT_FALSE(refused.ok()) << edge;
+    EXPECT_NE(refused.error().text().find("brick.edge_bins: found"), std::string::npos) << refused.error().text();
+  }
 }
 
 TEST(JobFrom, ReadsHowWorkIsHandedToTheCluster) {
