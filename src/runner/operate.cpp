@@ -91,6 +91,8 @@ std::vector<std::pair<std::string, std::string>> garbage_of(const OutputTree& tr
   std::vector<std::pair<std::string, std::string>> found;
   if (!has_open_waves(tree))  // else they may be at work
     for (const std::string& path : tree.leftovers()) found.emplace_back(path, "left by a run that was killed");
+  if (!has_open_waves(tree) && store::is_folder(tree.parts()))
+    found.emplace_back(tree.parts(), "parts of large scans that were not finished");
   const auto epochs = epochs_in(tree.journal());
   for (std::size_t i = 0; i + kKeptJournals < epochs.size(); ++i)
     found.emplace_back(journal_file(tree.journal(), epochs[i]), "an old journal");

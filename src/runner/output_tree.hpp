@@ -8,6 +8,8 @@
 
 namespace scanmill::runner {
 
+inline constexpr const char* kPartsFolder = "parts";  // in OUT/work
+
 class OutputTree {
  public:
   explicit OutputTree(std::string root) : root_(std::move(root)) {}
@@ -15,7 +17,8 @@ class OutputTree {
   const std::string& root() const { return root_; }
   std::string scan(const std::string& name) const { return root_ + "/scans/" + name; }
   std::string log(const std::string& name) const { return root_ + "/logs/" + name + ".log"; }
-  std::string work(const std::string& name) const { return root_ + "/work/" + name; }  // parts of a scan that is cut
+  std::string parts() const { return root_ + "/work/" + kPartsFolder; }
+  std::string parts(const std::string& name) const { return parts() + "/" + name; }  // of a scan that is cut
   std::string run_file() const { return root_ + "/run.json"; }
   std::string journal() const { return root_ + "/journal"; }
   std::string live_file() const { return root_ + "/journal/live.json"; }

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "runner/scan_maker.hpp"
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <chrono>
 #include <new>
@@ -192,7 +194,7 @@ Attempt ScanMaker::make(const SelectedScan& scan, ScanEntry entry, int threads, 
 }
 
 CutParts ScanMaker::parts_of(const SelectedScan& scan) const {
-  return frame_.work.parts_of(scan.number, *scan.what, frame_.bricks, frame_.tree.work(scan.task.name));
+  return frame_.work.parts_of(scan.number, *scan.what, frame_.bricks, frame_.tree.parts(scan.task.name));
 }
 
 Attempt ScanMaker::make_part(const SelectedScan& scan, ScanEntry entry, const std::string& part, int threads,
@@ -202,7 +204,7 @@ Attempt ScanMaker::make_part(const SelectedScan& scan, ScanEntry entry, const st
   std::string latest;
   StageWatch watch(progress, latest);
   watch.stage(part, 0, 0);
-  const std::string folder = frame_.tree.work(scan.task.name);
+  const std::string folder = frame_.tree.parts(scan.task.name);
   const auto made = [&]() -> Result<void> {
     TRY(store::make_folders(folder));
     page_beyond(memory, frame_.disk, folder);
@@ -255,7 +257,11 @@ Result<void> ScanMaker::attempt(const SelectedScan& scan, const Fingerprint& fin
   if (made && frame_.stop.flag.is_set()) made = fail(Code::Cancelled, "stopped before the result was put in place");
   if (made) made = still_ours();
   if (made) made = frame_.tree.commit(folder, scan.task.name);
-  if (made) (void)store::remove_tree(frame_.tree.work(scan.task.name));
+  if (made) {
+    (void)store::remove_tree(frame_.tree.parts(scan.task.name));
+    (void)rmdir(frame_.tree.parts().c_str());
+    (void)rmdir((frame_.tree.root() + "/work").c_str());
+  }
   if (!made) {
     log->line("failed: " + made.error().text());
     (void)store::remove_tree(folder);

@@ -106,7 +106,8 @@ Result<std::size_t> abandon_waves(const OutputTree& tree, bool keep_slurm) {
   std::error_code error;
   std::vector<std::string> remains;
   for (fs::directory_iterator it(work_folder(tree), error), end; !error && it != end; it.increment(error))
-    if (!store::exists(it->path().string() + "/" + kTaskFileName)) remains.push_back(it->path().string());
+    if (it->path().filename() != kPartsFolder && !store::exists(it->path().string() + "/" + kTaskFileName))
+      remains.push_back(it->path().string());
   for (const std::string& folder : remains) (void)store::remove_tree(folder);
   (void)rmdir(work_folder(tree).c_str());
   return closed;
