@@ -53,8 +53,9 @@ Result<std::unique_ptr<ViewReader>> open_fringes(std::shared_ptr<const ByteSourc
   TRY_ASSIGN(FringeSet set, read_fringe_set(*source));
   if (!options.open_beside)
     return fail(Code::Unsupported, "pictures beside the text cannot be opened here", source->name());
-  TRY_ASSIGN(const auto size, fringe_size(set, options.open_beside));
-  const auto pixels = static_cast<std::uint64_t>(size.first) * static_cast<std::uint64_t>(size.second);
+  const auto size = fringe_size(set, options.open_beside);
+  if (!size.ok()) return Error(size.error()).at(source->name());  // the text that names the picture, too
+  const auto pixels = static_cast<std::uint64_t>(size->first) * static_cast<std::uint64_t>(size->second);
   return std::unique_ptr<ViewReader>(
       std::make_unique<FringeReader>(source->name(), std::move(set), options.open_beside, pixels));
 }

@@ -58,7 +58,9 @@ void read_hashes(const Node& map, FringeSet& set, Problems& problems) {
 
 Result<fringe::Picture> read_picture(const FringeSet& set, const std::string& name, const OpenBeside& open,
                                      const std::string& place, int& bits) {
-  TRY_ASSIGN(const auto source, open(name));
+  const auto opened = open(name);
+  if (!opened.ok()) return Error(opened.error()).at(place);
+  const auto& source = *opened;
   const auto expected =
       std::find_if(set.sha256.begin(), set.sha256.end(), [&](const auto& row) { return row.first == name; });
   if (expected != set.sha256.end()) {

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "pipeline/tool_inputs.hpp"
+
 namespace scanmill::pipeline {
 namespace {
 
@@ -95,12 +97,6 @@ std::optional<clean::OutlierRules> read_outliers(const Node& value, bool complet
                  "found no rule; wanted statistical: {neighbours: 8, deviations: 3}, min_component_points or "
                  "min_component_share");
   return rules;
-}
-
-Node triple(Vec3 p) {
-  Node list = Node::sequence();
-  for (const double value : {p.x, p.y, p.z}) list.push(value);
-  return list;
 }
 
 Node box_node(const clean::Box& box) {

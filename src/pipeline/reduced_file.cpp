@@ -41,10 +41,12 @@ std::string header_of(const ReducedCloud& cloud, std::uint64_t kept) {
 }
 
 void append(std::string& bytes, std::initializer_list<double> values) {
+  char text[8 * std::size(kBinColumns)], *end = text;
   for (const double value : values) {
     auto bits = std::bit_cast<std::uint64_t>(value);
-    for (int k = 0; k < 8; ++k, bits >>= 8) bytes += static_cast<char>(bits & 0xff);
+    for (int k = 0; k < 8; ++k, bits >>= 8) *end++ = static_cast<char>(bits & 0xff);
   }
+  bytes.append(text, end);
 }
 
 /// The words behind "NAME " in the comments.
@@ -82,6 +84,7 @@ Result<void> write_reduced(const ReducedCloud& cloud, ByteSink& sink) {
   for (const Drop drop : cloud.drop) kept += drop == Drop::Kept;
   TRY(sink.write(std::string_view(header_of(cloud, kept))));
   std::string bytes;
+  bytes.reserve((1 << 20) + 8 * std::size(kBinColumns));
   auto flush = [&](std::size_t from) -> Result<void> {
     if (bytes.size() < from) return {};
     TRY(sink.write(std::string_view(bytes)));

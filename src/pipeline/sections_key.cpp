@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "base/text.hpp"
+#include "pipeline/tool_inputs.hpp"
 #include "verify/sections.hpp"
 
 namespace scanmill::pipeline {
@@ -16,10 +17,10 @@ using document::shown;
 using verify::SectionRule;
 using Where = verify::SectionRule::Where;
 
-constexpr std::string_view kKeys[] = {"axis", "at_mm", "count", "through", "slab_mm", "magnify", "name"};
+constexpr std::string_view kRuleKeys[] = {"axis", "at_mm", "count", "through", "slab_mm", "magnify", "name"};
 constexpr std::string_view kAxes[] = {"x", "y", "z"};
 constexpr std::string_view kFeatures[] = {"worst", "loop"};
-constexpr Vec3 kUnits[] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+constexpr Vec3 kDirections[] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
 
 std::optional<Vec3> triple_of(const Node& value) {
   const bool numbers =
@@ -33,7 +34,7 @@ std::optional<Vec3> triple_of(const Node& value) {
 void read_axis(const Node& value, const std::string& key, SectionRule& rule, Problems& problems) {
   for (std::size_t n = 0; n < 3; ++n)
     if (value.is_string() && value.as_string() == kAxes[n]) {
-      rule.axis = kUnits[n];
+      rule.axis = kDirections[n];
       return;
     }
   if (const auto direction = triple_of(value); direction && norm2(*direction) > 0) {
@@ -65,7 +66,7 @@ bool is_number_in(const Node& value, double low, double high) {
 
 SectionRule read_rule(const Node& item, const std::string& key, Problems& problems) {
   SectionRule rule;
-  document::read_fields(item, key, {}, nullptr, kKeys, problems);
+  document::read_fields(item, key, {}, nullptr, kRuleKeys, problems);
   if (!item.is_map()) return rule;
   if (const Node* axis = item.find("axis"))
     read_axis(*axis, key + ".axis", rule, problems);
@@ -114,12 +115,6 @@ SectionRule read_rule(const Node& item, const std::string& key, Problems& proble
       problems.add(name->mark, key + ".name", "found " + shown(*name) + "; allowed a text");
   }
   return rule;
-}
-
-Node triple(Vec3 p) {
-  Node list = Node::sequence();
-  for (const double value : {p.x, p.y, p.z}) list.push(value);
-  return list;
 }
 
 Node number_schema(const char* help, const char* type = "number") {
@@ -227,9 +222,9 @@ Node sections_to_document(const std::vector<SectionRule>& rules) {
   Node list = Node::sequence();
   for (const SectionRule& rule : rules) {
     Node item = Node::map();
-    const auto axis = std::find(std::begin(kUnits), std::end(kUnits), rule.axis);
-    if (axis != std::end(kUnits))
-      item.set("axis", kAxes[axis - std::begin(kUnits)]);
+    const auto axis = std::find(std::begin(kDirections), std::end(kDirections), rule.axis);
+    if (axis != std::end(kDirections))
+      item.set("axis", kAxes[axis - std::begin(kDirections)]);
     else
       item.set("axis", triple(rule.axis));
     switch (rule.where) {

@@ -5,6 +5,7 @@
 #include <array>
 #include <span>
 
+#include "base/large_pages.hpp"
 #include "cloud/over_blocks.hpp"
 #include "reduce/placing.hpp"
 
@@ -122,7 +123,7 @@ void bin_block(const LocalFrame& frame, const PointBlock& block, PassOne& pass) 
   const bool seen = block.view_point.eye.has_value() || block.view_point.direction.has_value();
   over_tiles(frame, block, placed, [&](std::size_t first) {
     pass.tree.slots_of(run_bins(placed), run_slots(placed));
-    pass.cells.resize(static_cast<std::size_t>(pass.tree.size()));
+    grow_large(pass.cells, static_cast<std::size_t>(pass.tree.size()));
     Cell* cells = pass.cells.data();
     auto fetch = [&](std::size_t run) {
       const char* cell = reinterpret_cast<const char*>(cells + placed.slots[run]);
@@ -160,7 +161,7 @@ void merge_pass(PassOne& all, const PassOne& part, const BinKey& base) {
   std::vector<std::int32_t> slots(entries.size());
   for (std::size_t i = 0; i < entries.size(); ++i) bins[i] = entries[i].bin;
   all.tree.slots_of(bins, slots);
-  all.cells.resize(static_cast<std::size_t>(all.tree.size()));
+  grow_large(all.cells, static_cast<std::size_t>(all.tree.size()));
   for (std::size_t i = 0; i < entries.size(); ++i) {
     const auto from = static_cast<std::size_t>(entries[i].slot), to = static_cast<std::size_t>(slots[i]);
     if (part.cells.empty()) continue;  // only the bins were wanted
@@ -250,9 +251,9 @@ Result<BinTotals> bin_points(const PointSource& points, const LocalFrame& frame,
   counts = all.counts;
   const auto order = all.tree.sorted(frame.base);
   totals.cell_bytes = all.cells.size() * sizeof(Cell) + all.directions.size() * sizeof(Direction);
-  totals.bins.reserve(order.size());
-  totals.winners.reserve(order.size());
-  totals.moments.reserve(order.size());
+  reserve_large(totals.bins, order.size());
+  reserve_large(totals.winners, order.size());
+  reserve_large(totals.moments, order.size());
   for (const BinTree::Entry& entry : order) {
     const auto slot = static_cast<std::size_t>(entry.slot);
     totals.bins.push_back(entry.bin);

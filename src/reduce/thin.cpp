@@ -22,6 +22,8 @@ struct Scratch {
   std::vector<std::uint32_t> kept;
 };
 
+using Rows = std::vector<std::uint32_t>;
+
 struct Thinning {
   ReducedCloud& cloud;
   const std::vector<double>& order;
@@ -41,26 +43,25 @@ struct Thinning {
   }
   double distance2(std::size_t a, std::size_t b) const { return norm2(position[a] - position[b]); }
 
-  /// The greedy set among the marked rows: 1 where a row is in it.
-  std::vector<std::uint8_t> greedy(const std::vector<std::uint8_t>& marked) const;
-  /// 1 where a dropped point lies beside a void.
-  std::vector<std::uint8_t> beside_voids(const std::vector<std::uint8_t>& marked,
-                                         const std::vector<std::uint8_t>& kept) const;
+  /// The greedy set among the marked rows, which are `rows` in order: 1 where a row is in it.
+  std::vector<std::uint8_t> greedy(const std::vector<std::uint8_t>& marked, const Rows& rows) const;
+  /// Those of the dropped rows that lie beside a void, in order.
+  Rows beside_voids(const std::vector<std::uint8_t>& marked, const std::vector<std::uint8_t>& kept) const;
   bool is_beside_void(std::size_t row, const std::vector<std::uint8_t>& marked, const std::vector<std::uint8_t>& kept,
                       BinIndex::Reader& reader, Scratch& near) const;
 };
 
-std::vector<std::uint8_t> Thinning::greedy(const std::vector<std::uint8_t>& marked) const {
-  const std::size_t n = cloud.size();
+std::vector<std::uint8_t> Thinning::greedy(const std::vector<std::uint8_t>& marked, const Rows& rows) const {
+  const std::size_t n = rows.size();
   // Better neighbours within reach, as ranges of one array per piece.
-  std::vector<std::vector<std::uint32_t>> rivals((n + kGrain - 1) / kGrain);
-  std::vector<std::uint32_t> first(n), count(n, 0);
+  std::vector<Rows> rivals((n + kGrain - 1) / kGrain);
+  Rows first(n), count(n);
   for_each_piece(context, n, kGrain, [&](std::size_t begin, std::size_t end, std::size_t piece, int) {
     BinIndex::Reader reader(cloud.index);
     std::vector<std::int32_t> around;
-    for (std::size_t row = begin; row < end; ++row) {
-      first[row] = static_cast<std::uint32_t>(rivals[piece].size());
-      if (!marked[row]) continue;
+    for (std::size_t i = begin; i < end; ++i) {
+      const std::size_t row = rows[i];
+      first[i] = static_cast<std::uint32_t>(rivals[piece].size());
       around.clear();
       reader.window(cloud.bins[row], 2, around);
       for (const std::int32_t near : around) {
@@ -69,33 +70,33 @@ std::vector<std::uint8_t> Thinning::greedy(const std::vector<std::uint8_t>& mark
         if (!is_before(other, row) || on_two_sides(row, other)) continue;
         rivals[piece].push_back(static_cast<std::uint32_t>(other));
       }
-      count[row] = static_cast<std::uint32_t>(rivals[piece].size()) - first[row];
+      count[i] = static_cast<std::uint32_t>(rivals[piece].size()) - first[i];
     }
   });
   enum : std::uint8_t { kDropped, kKept, kOpen };
-  std::vector<std::uint8_t> state(n), next(n);
-  std::vector<std::uint32_t> open;
-  for (std::size_t row = 0; row < n; ++row) {
-    state[row] = !marked[row] ? kDropped : count[row] == 0 ? kKept : kOpen;
-    if (state[row] == kOpen) open.push_back(static_cast<std::uint32_t>(row));
+  std::vector<std::uint8_t> state(cloud.size(), kDropped), next(n);
+  Rows open;  // places in `rows`
+  for (std::size_t i = 0; i < n; ++i) {
+    state[rows[i]] = count[i] == 0 ? kKept : kOpen;
+    if (count[i] != 0) open.push_back(static_cast<std::uint32_t>(i));
   }
   while (!open.empty() && !context.cancel.is_set()) {
     for_each_range(context, open.size(), kGrain, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) {
-        const std::uint32_t row = open[i];
-        const std::uint32_t* rival = rivals[row / kGrain].data() + first[row];
+      for (std::size_t at = begin; at < end; ++at) {
+        const std::uint32_t i = open[at];
+        const std::uint32_t* rival = rivals[i / kGrain].data() + first[i];
         bool any_open = false, any_kept = false;
-        for (std::uint32_t k = 0; k < count[row]; ++k) {
+        for (std::uint32_t k = 0; k < count[i]; ++k) {
           any_open |= state[rival[k]] == kOpen;
           any_kept |= state[rival[k]] == kKept;
         }
-        next[row] = any_kept ? kDropped : any_open ? kOpen : kKept;
+        next[i] = any_kept ? kDropped : any_open ? kOpen : kKept;
       }
     });
     std::size_t left = 0;
-    for (const std::uint32_t row : open) {
-      state[row] = next[row];
-      if (state[row] == kOpen) open[left++] = row;
+    for (const std::uint32_t i : open) {
+      state[rows[i]] = next[i];
+      if (next[i] == kOpen) open[left++] = i;
     }
     open.resize(left);
   }
@@ -150,17 +151,18 @@ bool Thinning::is_beside_void(std::size_t row, const std::vector<std::uint8_t>& 
   return false;
 }
 
-std::vector<std::uint8_t> Thinning::beside_voids(const std::vector<std::uint8_t>& marked,
-                                                 const std::vector<std::uint8_t>& kept) const {
-  std::vector<std::uint8_t> found(cloud.size(), 0);
-  for_each_range(context, cloud.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+Rows Thinning::beside_voids(const std::vector<std::uint8_t>& marked, const std::vector<std::uint8_t>& kept) const {
+  std::vector<Rows> found((cloud.size() + kGrain - 1) / kGrain);
+  for_each_piece(context, cloud.size(), kGrain, [&](std::size_t begin, std::size_t end, std::size_t piece, int) {
     BinIndex::Reader reader(cloud.index);
     Scratch near;
     for (std::size_t row = begin; row < end; ++row)
-      if (marked[row] && !kept[row] && cloud.residual[row] <= kFlat)
-        found[row] = is_beside_void(row, marked, kept, reader, near);
+      if (marked[row] && !kept[row] && cloud.residual[row] <= kFlat && is_beside_void(row, marked, kept, reader, near))
+        found[piece].push_back(static_cast<std::uint32_t>(row));
   });
-  return found;
+  Rows all;
+  for (const Rows& rows : found) all.insert(all.end(), rows.begin(), rows.end());
+  return all;
 }
 
 }  // namespace
@@ -170,11 +172,18 @@ void thin(ReducedCloud& cloud, const std::vector<double>& order, double distance
   const double limit = distance_bins * cloud.lattice.edge_mm;
   const Thinning thinning{cloud, order, on_projected ? cloud.projected : cloud.measured, limit * limit, context};
   std::vector<std::uint8_t> marked(cloud.size());
-  for (std::size_t row = 0; row < cloud.size(); ++row) marked[row] = cloud.drop[row] == Drop::Kept;
-  std::vector<std::uint8_t> kept = thinning.greedy(marked);
+  Rows rows;
+  for (std::size_t row = 0; row < cloud.size(); ++row) {
+    marked[row] = cloud.drop[row] == Drop::Kept;
+    if (marked[row]) rows.push_back(static_cast<std::uint32_t>(row));
+  }
+  std::vector<std::uint8_t> kept = thinning.greedy(marked, rows);
   if (on_projected) {
-    const std::vector<std::uint8_t> back = thinning.greedy(thinning.beside_voids(marked, kept));
-    for (std::size_t row = 0; row < cloud.size(); ++row) kept[row] |= back[row];
+    const Rows beside = thinning.beside_voids(marked, kept);
+    std::vector<std::uint8_t> is_beside(cloud.size(), 0);
+    for (const std::uint32_t row : beside) is_beside[row] = 1;
+    const std::vector<std::uint8_t> back = thinning.greedy(is_beside, beside);
+    for (const std::uint32_t row : beside) kept[row] |= back[row];
   }
   for (std::size_t row = 0; row < cloud.size(); ++row)
     if (marked[row] && !kept[row]) cloud.drop[row] = Drop::NeighbourDistance;

@@ -150,7 +150,7 @@ Result<Patches> patches_of(const PointSource& points, std::optional<double> edge
     patches.sided &= sided[number] != 0;
   }
   if (patches.list.empty())
-    return fail(Code::BadInput, "no piece of " + number_text(patches.edge_mm) +
+    return fail(Code::BadInput, "no piece of " + six_digits(patches.edge_mm) +
                                     " mm of any view is flat enough to compare views by; set refine.patch_mm smaller, "
                                     "or refine.poses: false");
   std::stable_sort(patches.list.begin(), patches.list.end(),

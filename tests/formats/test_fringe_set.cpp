@@ -76,7 +76,7 @@ TEST(FringeSet, NamesAPictureThatIsNotThere) {
   };
   const auto view = open_view(memory_source("top.fringes", kText), options);
   ASSERT_FALSE(view.ok());
-  EXPECT_EQ(view.error().where, "a1.png");
+  EXPECT_EQ(view.error().where, "top.fringes: a1.png");
   EXPECT_EQ(open_view(memory_source("top.fringes", kText)).error().code, Code::Unsupported);
 }
 
