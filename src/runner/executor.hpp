@@ -65,7 +65,8 @@ struct LocalOptions {
   double time_limit_s = 6 * 3600;
   std::function<void()> in_child;  // closes what only the driver may hold
 };
-/// A process for each attempt, which dies with this one. This process must have one thread only when start() is called.
+/// A process for each attempt, which dies with this one; small scans follow one another in a process as long as all goes
+/// well. This process must have one thread only when start() is called.
 std::unique_ptr<Executor> make_local_executor(MakeScan make, LocalOptions options);
 
 }  // namespace scanmill::runner
