@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fcntl.h>
+#include <malloc.h>
 #include <poll.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
@@ -199,10 +200,18 @@ class LocalExecutor final : public Executor {
       line.set("attempt", to_document(attempt));
       line.set("stays", stays);
       if (!write_all(pipe, document::to_json(line) + "\n")) _exit(1);
-      const auto next = stays ? read_order(pipe) : std::nullopt;
+      if (!stays) _exit(0);
+      keep_memory();
+      const auto next = read_order(pipe);
       if (!next) _exit(0);
       order = *next;
     }
+  }
+
+  /// What one small scan gives back, the next takes again: the system need not clear it anew each time.
+  static void keep_memory() {
+    mallopt(M_MMAP_THRESHOLD, 32 << 20);
+    mallopt(M_TRIM_THRESHOLD, kSmallMemory);
   }
 
   /// Nothing went wrong in this process, and it holds little memory.
