@@ -101,11 +101,11 @@ class Driver {
     if (auto enough = check_cap(); !enough) return refuse(enough.error(), kExitUsage);
     report_.notes = selection_.notes;
     for (const std::string& note : report_.notes) console_.note("", note);
+    report_.scans.reserve(selection_.scans.size());
     for (const SelectedScan& scan : selection_.scans) {
       ScanEntry entry;
       entry.name = scan.task.name;
       entry.notes = scan.task.notes;
-      entry.repeat = repeat_command(options_, scan.task.name);
       report_.scans.push_back(std::move(entry));
     }
     if (!options_.dry_run)
@@ -289,9 +289,15 @@ class Driver {
     return make_local_executor(std::move(make), std::move(local));
   }
 
+  Result<void> save_run() const {
+    TRY_ASSIGN(const auto sink, store::create_file(tree_.run_file()));
+    TRY(write_run(report_, *sink));
+    return sink->commit();
+  }
+
   int save_report() {
     report_.seconds = seconds_since(began_);
-    auto saved = store::write_text(tree_.run_file(), document::to_json(to_document(report_), 1) + "\n");
+    auto saved = save_run();
     report_.written = report_.written || saved.ok();
     return saved ? kExitGood : refuse(saved.error(), kExitInternal);
   }
@@ -323,7 +329,7 @@ class Driver {
     if (lock_) {
       auto kept = quarantine_.save(tree_.quarantine_file());
       if (kept) kept = store::write_text(tree_.hashes_file(), work_.save_hashes());
-      if (kept) kept = store::write_text(tree_.run_file(), document::to_json(to_document(report_), 1) + "\n");
+      if (kept) kept = save_run();
       report_.written = report_.written || kept.ok();
       std::vector<std::string> notes;
       if (kept) kept = write_run_files(report_, work_, tree_, notes);

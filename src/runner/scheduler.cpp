@@ -104,8 +104,13 @@ void Scheduler::sort_out() {
       continue;
     }
     entry = std::move(judgement.entry);
-    show_scan(entry, p_.tree.root(), p_.options.explain, p_.options.dry_run, names_.size() > kManyScans, p_.console);
+    show(entry);
   }
+}
+
+void Scheduler::show(ScanEntry& entry) {
+  if (!entry.error.message.empty()) entry.repeat = repeat_command(p_.options, entry.name);
+  show_scan(entry, p_.tree.root(), p_.options.explain, p_.options.dry_run, names_.size() > kManyScans, p_.console);
 }
 
 void Scheduler::put_on_list(std::size_t scan) {
@@ -395,7 +400,7 @@ void Scheduler::finish_scan(const WorkItem& item, const Ended& ended, const std:
                                      entry.failure == FailureClass::Resource ? p_.memory : 0,
                                      ended.over_time ? p_.how.scan_time_limit_s : 0});
   }
-  show_scan(entry, p_.tree.root(), p_.options.explain, p_.options.dry_run, names_.size() > kManyScans, p_.console);
+  show(entry);
 }
 
 /// The journal, run.json and what the operator sees.

@@ -42,6 +42,7 @@ class Scheduler {
   using Clock = std::chrono::steady_clock;
 
   void sort_out();
+  void show(ScanEntry& entry);
   void put_on_list(std::size_t scan);
   void tell_of_waits();
   void listen();
