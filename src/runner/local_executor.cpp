@@ -69,7 +69,8 @@ struct Child {
   int pipe = -1;
   std::string text;  // of the line that is being received
   std::optional<Attempt> answer;
-  bool stays = false;  // takes another scan
+  bool reused = false;  // has made other scans
+  bool stays = false;   // takes another scan
   bool killed = false, over_time = false;
   std::uint64_t memory = 0;  // cap of its first order: what its idle memory was counted in
 };
@@ -142,7 +143,7 @@ class LocalExecutor final : public Executor {
       be_worker(order, ends[1], driver);
     }
     close(ends[1]);
-    take_on(order, pid, ends[0], order.memory);
+    take_on(order, pid, ends[0], order.memory, false);
     return {};
   }
 
@@ -221,11 +222,12 @@ class LocalExecutor final : public Executor {
     return is_sound && order.threads == 1 && peak_memory() <= most;
   }
 
-  void take_on(const Order& order, int pid, int pipe, std::uint64_t memory) {
+  void take_on(const Order& order, int pid, int pipe, std::uint64_t memory, bool reused) {
     running_.push_back({order, pid, Clock::now(), "start", 0, 0});
     Child child;
     child.pipe = pipe;
     child.memory = memory;
+    child.reused = reused;
     children_.push_back(std::move(child));
   }
 
@@ -238,7 +240,7 @@ class LocalExecutor final : public Executor {
       pollfd polled{idle.pipe, POLLIN, 0};
       // One that has something to say has died.
       if (poll(&polled, 1, 0) == 0 && write_all(idle.pipe, document::to_json(to_document(order)) + "\n")) {
-        take_on(order, idle.pid, idle.pipe, idle.memory);
+        take_on(order, idle.pid, idle.pipe, idle.memory, true);
         return true;
       }
       dismiss(idle);
@@ -301,6 +303,7 @@ class LocalExecutor final : public Executor {
     Ended ended;
     ended.order = running_[i].order;
     ended.stage = running_[i].stage;
+    ended.reused = children_[i].reused;
     ended.attempt = std::move(children_[i].answer);
     ended.seconds = std::chrono::duration<double>(Clock::now() - running_[i].began).count();
     ended.cpu_seconds = ended.attempt->entry.cpu_seconds;
@@ -319,6 +322,7 @@ class LocalExecutor final : public Executor {
     Ended ended;
     ended.order = running_[i].order;
     ended.stage = running_[i].stage;
+    ended.reused = children_[i].reused;
     ended.attempt = std::move(children_[i].answer);
     ended.over_time = children_[i].over_time;
     ended.seconds = std::chrono::duration<double>(Clock::now() - running_[i].began).count();

@@ -344,7 +344,8 @@ bool Scheduler::goes_again(WorkItem item, const Ended& ended, const ScanEntry& e
   if (p_.stop.signal != 0 || p_.stop.flag.is_set() || p_.options.dry_run) return false;
   std::string why;
   const double passed = p_.how.retry_wait_s * std::pow(4, item.transient);
-  if (entry.failure == FailureClass::Resource && p_.memory > 0 && ended.order.memory < p_.memory) {
+  // The memory of a process that made other scans is in pieces: what lacked it there gets one of its own.
+  if (entry.failure == FailureClass::Resource && p_.memory > 0 && (ended.order.memory < p_.memory || ended.reused)) {
     item.memory = std::min(p_.memory, 2 * ended.order.memory);
     why = "with " + bytes_text(item.memory) + " of memory";
   } else if (entry.failure == FailureClass::Transient && item.transient < p_.how.retry_transient) {
