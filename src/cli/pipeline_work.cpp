@@ -10,6 +10,32 @@ namespace scanmill::cli {
 
 using document::Node;
 
+namespace {
+
+/// Whether name and file say all of it.
+bool is_one_file(const pipeline::ScanSpec& scan) {
+  const auto& [name, kind, description, units_mm, sensor, accuracy, datums, views, notes, broken] = scan;
+  if (kind != pipeline::ScanKind::SingleFile || !description.empty() || units_mm != 0 || sensor || accuracy ||
+      !datums.empty() || views.size() != 1 || !notes.empty() || !broken.empty())
+    return false;
+  const auto& [path, pose, in_file_units, mirrored, station, view_point, camera, missing, expected] = views[0];
+  const Pose none;
+  return pose.rotation == none.rotation && pose.translation == none.translation && !in_file_units && !mirrored &&
+         station.empty() && !view_point.eye && !view_point.direction && !camera && !missing && expected.empty();
+}
+
+}  // namespace
+
+const pipeline::ScanSpec& PipelineWork::spec_of(std::size_t scan, pipeline::ScanSpec& room) const {
+  const Known& known = scans_[scan];
+  if (known.spec) return *known.spec;
+  room = {};
+  room.name = known.name;
+  room.views.resize(1);
+  room.views[0].path = known.file;
+  return room;
+}
+
 void PipelineWork::check_part(const Node& part, document::Problems& problems) const {
   pipeline::check_part(part, problems);
 }
@@ -29,11 +55,18 @@ Result<runner::Archive> PipelineWork::discover(const std::string& archive, const
     return pipeline::discovery_keys(what_for(scan)).mesh_vertices_as_scan;
   };
   TRY_ASSIGN(pipeline::Discovery found, pipeline::discover(archive, keys));
-  scans_ = std::move(found.scans);
   runner::Archive result;
   result.notes = std::move(found.notes);
-  for (const pipeline::ScanSpec& scan : scans_)
+  scans_.clear();
+  scans_.reserve(found.scans.size());
+  result.scans.reserve(found.scans.size());
+  for (pipeline::ScanSpec& scan : found.scans) {
     result.scans.push_back({scan.name, scan.notes, scan.broken, scan.kind == pipeline::ScanKind::Views});
+    if (is_one_file(scan))
+      scans_.push_back({std::move(scan.name), std::move(scan.views[0].path), nullptr});
+    else
+      scans_.push_back({scan.name, {}, std::make_unique<const pipeline::ScanSpec>(std::move(scan))});
+  }
   return result;
 }
 
@@ -49,7 +82,8 @@ Result<pipeline::KeyTexts> PipelineWork::keys_of(const pipeline::ScanSpec& scan,
 }
 
 Result<runner::Fingerprint> PipelineWork::fingerprint(std::size_t scan, const Node& resolved) {
-  const pipeline::ScanSpec& spec = scans_[scan];
+  pipeline::ScanSpec room;
+  const pipeline::ScanSpec& spec = spec_of(scan, room);
   TRY_ASSIGN(const pipeline::KeyTexts keys, keys_of(spec, resolved));
   runner::Fingerprint result;
   TRY_ASSIGN(pipeline::ScanDigests digests, pipeline::digests_of(archive_, spec, keys, hashes_));
@@ -72,7 +106,8 @@ Result<runner::Fingerprint> PipelineWork::fingerprint(std::size_t scan, const No
 }
 
 std::vector<std::string> PipelineWork::paths_of(std::size_t scan) const {
-  const pipeline::ScanSpec& spec = scans_[scan];
+  pipeline::ScanSpec room;
+  const pipeline::ScanSpec& spec = spec_of(scan, room);
   std::vector<std::string> paths;
   if (!spec.description.empty()) paths.push_back(archive_ + "/" + spec.description);
   for (const pipeline::ViewSpec& view : spec.views)
@@ -129,7 +164,8 @@ runner::Outcome outcome_of(pipeline::ScanResult result, const pipeline::ScanSpec
 
 Result<runner::Outcome> PipelineWork::run(std::size_t scan, const Node& resolved, const std::string& folder,
                                           const Context& context, Progress& progress) {
-  const pipeline::ScanSpec& spec = scans_[scan];
+  pipeline::ScanSpec room;
+  const pipeline::ScanSpec& spec = spec_of(scan, room);
   TRY_ASSIGN(const pipeline::What what, pipeline::what_from(resolved, spec.name));
   std::optional<pipeline::Cut> cut;
   if (used_parts_ && used_parts_->scan == scan) {
@@ -170,7 +206,8 @@ Result<pipeline::Cut> PipelineWork::cut_of(std::size_t scan, const Node& resolve
 
 runner::CutParts PipelineWork::parts_of(std::size_t scan, const Node& resolved, const runner::BrickKeys& keys,
                                      const std::string& folder) const {
-  const pipeline::ScanSpec& spec = scans_[scan];
+  pipeline::ScanSpec room;
+  const pipeline::ScanSpec& spec = spec_of(scan, room);
   const std::uint64_t bytes = look_at(scan).bytes;
   if ((keys.edge_bins == 0 && bytes < kCutFrom) || !spec.broken.empty()) return {};
   const auto what = pipeline::what_from(resolved, spec.name);
@@ -187,9 +224,11 @@ runner::CutParts PipelineWork::parts_of(std::size_t scan, const Node& resolved, 
 Result<void> PipelineWork::make_part(std::size_t scan, const Node& resolved, const runner::BrickKeys& keys,
                                      const std::string& folder, const std::string& part, const Context& context,
                                      Progress& progress) {
-  TRY_ASSIGN(const pipeline::What what, pipeline::what_from(resolved, scans_[scan].name));
+  pipeline::ScanSpec room;
+  const pipeline::ScanSpec& spec = spec_of(scan, room);
+  TRY_ASSIGN(const pipeline::What what, pipeline::what_from(resolved, spec.name));
   TRY_ASSIGN(const pipeline::Cut cut, cut_of(scan, resolved, keys, folder));
-  return pipeline::make_part(archive_, scans_[scan], what, cut, part, context, progress);
+  return pipeline::make_part(archive_, spec, what, cut, part, context, progress);
 }
 
 void PipelineWork::use_parts(std::size_t scan, const runner::BrickKeys& keys, const std::string& folder) {
@@ -201,7 +240,8 @@ Result<std::optional<runner::Outcome>> PipelineWork::rewrite(std::size_t scan, c
                                                              const std::vector<runner::OutputFile>& files,
                                                              const std::string& folder, const Context& context,
                                                              Progress& progress, std::string& refusal) {
-  const pipeline::ScanSpec& spec = scans_[scan];
+  pipeline::ScanSpec room;
+  const pipeline::ScanSpec& spec = spec_of(scan, room);
   TRY_ASSIGN(const pipeline::What what, pipeline::what_from(resolved, spec.name));
   pipeline::Previous previous{standing, {}};
   for (const runner::OutputFile& file : files) previous.files.push_back({file.name, file.sha256});

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The pipeline as the runner sees it.
 #pragma once
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -42,7 +43,9 @@ class PipelineWork final : public runner::Work {
   void load_hashes(std::string_view text) override { hashes_.load(text); }
   std::string save_hashes() const override { return hashes_.save(); }
   std::string save_hashes_of(std::size_t scan) const override { return hashes_.save(paths_of(scan)); }
-  std::string night_page(const document::Node& night) const override { return pipeline::night_page(night); }
+  std::string night_page(const runner::Night& night) const override {
+    return pipeline::night_page(night.head, night.scans, night.scan);
+  }
 
  private:
   /// Description and views that are there.
@@ -55,6 +58,14 @@ class PipelineWork final : public runner::Work {
   Result<pipeline::Cut> cut_of(std::size_t scan, const document::Node& resolved, const runner::BrickKeys& keys,
                                const std::string& folder);
 
+  /// A scan of the archive. One file and nothing else to say is what most are, and a driver holds all of them.
+  struct Known {
+    std::string name, file;
+    std::unique_ptr<const pipeline::ScanSpec> spec;  // of all others
+  };
+  /// `room` holds the answer where there is no other place for it.
+  const pipeline::ScanSpec& spec_of(std::size_t scan, pipeline::ScanSpec& room) const;
+
   pipeline::RunFrame frame_;
   struct UsedParts {
     std::size_t scan = 0;
@@ -63,7 +74,7 @@ class PipelineWork final : public runner::Work {
   };
   std::optional<UsedParts> used_parts_;
   std::string archive_;
-  std::vector<pipeline::ScanSpec> scans_;
+  std::vector<Known> scans_;
   pipeline::HashCache hashes_;
   document::Node last_resolved_;
   pipeline::KeyTexts last_keys_;

@@ -51,16 +51,21 @@ std::vector<std::uint32_t> edge_neighbours(std::size_t vertex_count, std::span<c
       halves[next[std::min(a, b)]++] = {std::max(a, b), 3 * t + e};
     }
   std::vector<std::uint32_t> across(triangles.size() * 3, kNoTriangle);
-  for (std::size_t v = 0; v < vertex_count; ++v)
-    for (std::uint32_t i = first[v]; i < first[v + 1]; ++i) {
-      std::uint32_t others = 0, other = 0;
-      for (std::uint32_t j = first[v]; j < first[v + 1]; ++j)
-        if (j != i && halves[i].greater == halves[j].greater) {
-          ++others;
-          other = halves[j].corner / 3;
-        }
-      if (others == 1) across[halves[i].corner] = other;
-    }
+  std::vector<std::uint32_t> others;  // of each half-edge of a bucket, on the same edge
+  for (std::size_t v = 0; v < vertex_count; ++v) {
+    const std::span<const Half> bucket(halves.data() + first[v], first[v + 1] - first[v]);
+    others.assign(bucket.size(), 0);
+    for (std::size_t i = 0; i < bucket.size(); ++i)
+      for (std::size_t j = i + 1; j < bucket.size(); ++j) {
+        if (bucket[i].greater != bucket[j].greater) continue;
+        ++others[i];
+        ++others[j];
+        across[bucket[i].corner] = bucket[j].corner / 3;
+        across[bucket[j].corner] = bucket[i].corner / 3;
+      }
+    for (std::size_t i = 0; i < bucket.size(); ++i)
+      if (others[i] != 1) across[bucket[i].corner] = kNoTriangle;
+  }
   return across;
 }
 

@@ -74,9 +74,16 @@ bool HashCache::knows(const std::string& path) const {
 
 std::string HashCache::save() const {
   const std::lock_guard<std::mutex> guard(mutex_);
-  document::Node tree = document::Node::map();
-  for (const auto& [path, entry] : entries_) add_row(path, entry, tree);
-  return document::to_json(tree, 1) + "\n";
+  std::string text = "{";
+  for (const auto& [path, entry] : entries_) {  // a tree of all would take eight times the memory
+    document::Node row = document::Node::map();
+    add_row(path, entry, row);
+    if (row.entries().empty()) continue;
+    const std::string lines = document::to_json(row, 1);
+    text += text.size() > 1 ? "," : "";
+    text.append(lines, 1, lines.size() - 3);  // without "{" and "\n}"
+  }
+  return text + (text.size() > 1 ? "\n}\n" : "}\n");
 }
 
 std::string HashCache::save(std::span<const std::string> paths) const {

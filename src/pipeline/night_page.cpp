@@ -97,7 +97,7 @@ void add_stages(const Node& scan, std::vector<std::pair<std::string, double>>& s
 
 }  // namespace
 
-std::string night_page(const Node& night) {
+std::string night_page(const Node& night, std::size_t scans, const std::function<Node(std::size_t)>& scan_at) {
   report::NightReport report;
   const Node* job = night.find("job");
   const std::string path = text_of(job, "path");
@@ -114,11 +114,12 @@ std::string night_page(const Node& night) {
   report.memory_cap = count_of(&night, "memory_cap_bytes").value_or(0);
   report.seconds = number_of(&night, "seconds").value_or(0);
   report.notes = texts_of(night, "notes");
-  if (const Node* scans = night.find("scans"); scans && scans->is_sequence())
-    for (const Node& scan : scans->items()) {
-      report.scans.push_back(scan_of(scan));
-      if (report.scans.back().state == report::NightState::Done) add_stages(scan, report.stage_seconds);
-    }
+  report.scans.reserve(scans);
+  for (std::size_t k = 0; k < scans; ++k) {
+    const Node scan = scan_at(k);
+    report.scans.push_back(scan_of(scan));
+    if (report.scans.back().state == report::NightState::Done) add_stages(scan, report.stage_seconds);
+  }
   if (const Node* worse = night.find("worse"); worse && worse->is_sequence())
     for (const Node& row : worse->items()) report.worse.push_back(worse_of(row));
   return report::night_page(report);

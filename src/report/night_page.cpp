@@ -156,7 +156,7 @@ void add_notes(const NightReport& night, std::string& out) {
 }
 
 /// Links to the sections that `body` has.
-std::string navigation(const std::string& body) {
+std::string navigation(std::string_view body) {
   static constexpr std::pair<const char*, const char*> kSections[] = {{"worse", "Worse"},
                                                                       {"failed", "Failed"},
                                                                       {"rejected", "Rejected"},
@@ -169,7 +169,7 @@ std::string navigation(const std::string& body) {
                                                                       {"cost", "Times"}};
   std::string nav = "<nav aria-label=\"on this page\">";
   for (const auto& [id, name] : kSections)
-    if (body.find(std::string("<h2 id=\"") + id + "\"") != std::string::npos)
+    if (body.find(std::string("<h2 id=\"") + id + "\"") != std::string_view::npos)
       nav += std::string("<a href=\"#") + id + "\">" + name + "</a> ";
   return nav + "<a href=\"run.json\">run.json</a> <a href=\"trace.tsv\">trace.tsv</a></nav>\n";
 }
@@ -220,22 +220,23 @@ void add_counted_heading(std::string& out, const char* id, const char* title, st
 }
 
 std::string night_page(const NightReport& night) {
-  std::string body;
-  add_worse(night, body);
-  add_failed(night, body);
-  add_rejected(night, body);
-  add_quarantined(night, body);
-  add_made(night, body);
-  add_others(night, body);
-  add_cost(night, body);
   std::string out;
   add_head(night, out);
   add_verdict(night, out);
   add_tiles(night, counts_of(night), out);
   add_notes(night, out);
-  out += navigation(body) + "</header>\n<main>\n" + body + "</main>\n<footer><p>" + escaped(night.tool) + ", archive " +
-         escaped(night.archive) + ", " + counted(static_cast<std::uint64_t>(night.threads), "thread") +
-         ".</p></footer>\n</body>\n</html>\n";
+  const std::size_t top = out.size();
+  out += "</header>\n<main>\n";
+  add_worse(night, out);
+  add_failed(night, out);
+  add_rejected(night, out);
+  add_quarantined(night, out);
+  add_made(night, out);
+  add_others(night, out);
+  add_cost(night, out);
+  out.insert(top, navigation(std::string_view(out).substr(top)));
+  out += "</main>\n<footer><p>" + escaped(night.tool) + ", archive " + escaped(night.archive) + ", " +
+         counted(static_cast<std::uint64_t>(night.threads), "thread") + ".</p></footer>\n</body>\n</html>\n";
   return out;
 }
 

@@ -38,6 +38,7 @@ struct Ended {
   std::string death;               // how it died, e.g. "signal 11 (Segmentation fault)"
   bool killed_by_system = false;   // SIGKILL that this program did not send: the usual sign of a lack of memory
   bool over_time = false;
+  bool reused = false;  // the process had made other scans before
   double seconds = 0, cpu_seconds = 0;
   std::uint64_t peak_memory = 0;
 };
@@ -72,7 +73,8 @@ struct LocalOptions {
   double time_limit_s = 6 * 3600;
   std::function<void()> in_child;  // closes what only the driver may hold
 };
-/// A process for each attempt, which dies with this one. This process must have one thread only when start() is called.
+/// A process for each attempt, which dies with this one; small scans follow one another in a process as long as all
+/// goes well. This process must have one thread only when start() is called.
 std::unique_ptr<Executor> make_local_executor(MakeScan make, LocalOptions options);
 
 }  // namespace scanmill::runner

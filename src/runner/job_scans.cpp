@@ -112,6 +112,7 @@ Result<Selection> select_scans(const Job& job, std::span<const std::string> only
   const std::vector<ScanTask>& tasks = archive.scans;
   Selection selection;
   selection.notes = std::move(archive.notes);
+  selection.all_names.reserve(tasks.size());
   for (const ScanTask& task : tasks) selection.all_names.push_back(task.name);
   if (tasks.empty())
     return fail(Code::BadParameter,
@@ -135,6 +136,7 @@ Result<Selection> select_scans(const Job& job, std::span<const std::string> only
     }
     selection.scans.push_back({i, tasks[i], what});
   }
+  selection.scans.shrink_to_fit();
   check_nesting(selection.scans, job.path, lines);
   if (!lines.list.empty()) return fail(Code::BadParameter, lines.text());
   selection.idle = idle.all();

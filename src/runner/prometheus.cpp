@@ -67,8 +67,8 @@ std::string value_in(const std::string& file, const std::string& metric) {
 }
 
 double count(const ScanEntry& entry, const char* key) {
-  const document::Node* value = entry.counts.is_map() ? entry.counts.find(key) : nullptr;
-  return value && value->is_number() ? value->as_number() : 0;
+  const auto value = entry.counts.find(key);
+  return value ? value->as_number() : 0;
 }
 
 void add_outcome(const RunReport& report, Metrics& m) {

@@ -35,7 +35,7 @@ void append_summary(const std::string& text, std::vector<std::string>& notes) {
 
 }  // namespace
 
-Result<void> write_run_files(const RunReport& report, const document::Node* last_night, const Work& work,
+Result<void> write_run_files(const RunReport& report, const LastNight* last_night, const Work& work,
                              const OutputTree& tree, std::vector<std::string>& notes) {
   const std::vector<WorseScan> worse = last_night ? worse_scans(report, *last_night) : std::vector<WorseScan>();
   append_summary(step_summary(report, worse), notes);
@@ -46,7 +46,7 @@ Result<void> write_run_files(const RunReport& report, const document::Node* last
   const auto keep = [&](Result<void> written) {
     if (all && !written) all = std::move(written);
   };
-  if (const std::string page = work.night_page(night_document(report, last_night, worse)); !page.empty())
+  if (const std::string page = work.night_page(night_of(report, last_night, worse)); !page.empty())
     keep(store::write_text(tree.page_file(), page));
   keep(store::write_text(tree.junit_file(), junit_xml(report)));
   keep(store::write_text(tree.trace_file(), trace_tsv(report)));

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "document/document.hpp"
+#include "runner/night.hpp"
 #include "runner/output_tree.hpp"
 #include "runner/run_report.hpp"
 #include "runner/work.hpp"
@@ -16,10 +17,10 @@ namespace scanmill::runner {
 /// run. A run told --only leaves the files of an earlier run as they are. To be called once, with the exit code known,
 /// by the holder of the tree's lock.
 ///
-/// last_night  load_night() from before, or a run.json, or nullptr
+/// last_night  load_night() from before, or nullptr
 /// notes       gets a sentence for what could not be done outside of the tree
 /// errors      NoSpace, IoFailed naming the first file of the tree that could not be written; all others were
-Result<void> write_run_files(const RunReport& report, const document::Node* last_night, const Work& work,
+Result<void> write_run_files(const RunReport& report, const LastNight* last_night, const Work& work,
                              const OutputTree& tree, std::vector<std::string>& notes);
 
 /// The same with what load_night() finds.

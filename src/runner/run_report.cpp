@@ -56,7 +56,16 @@ Node texts(const std::vector<std::string>& list) {
   return node;
 }
 
+std::string folder_of(const ScanEntry& entry) { return "scans/" + entry.name + "/"; }
+
 }  // namespace
+
+std::vector<std::string> paths_of(const ScanEntry& entry) {
+  std::vector<std::string> paths;
+  paths.reserve(entry.files.size());
+  for (const Word& file : entry.files) paths.push_back(folder_of(entry) + file.text());
+  return paths;
+}
 
 Node to_document(const ScanEntry& entry) {
   Node node = Node::map();
@@ -77,9 +86,9 @@ Node to_document(const ScanEntry& entry) {
     node.set("rejected", true);
     node.set("failed_gates", texts(entry.failed_gates));
   }
-  node.set("files", texts(entry.files));
+  node.set("files", texts(paths_of(entry)));
   if (!entry.record_identity.empty()) node.set("record", entry.record_identity);
-  if (entry.counts.is_map()) node.set("counts", entry.counts);
+  if (entry.counts.is_known()) node.set("counts", entry.counts.document());
   if (entry.attempts > 0) {
     node.set("attempts", entry.attempts);
     node.set("started", entry.started);
@@ -133,7 +142,9 @@ Result<ScanEntry> entry_from(const Node& tree) {
   entry.why = texts_in(tree, "why");
   entry.notes = texts_in(tree, "notes");
   entry.failed_gates = texts_in(tree, "failed_gates");
-  entry.files = texts_in(tree, "files");
+  const std::string folder = folder_of(entry);
+  for (const std::string& file : texts_in(tree, "files"))
+    if (file.starts_with(folder)) entry.files.emplace_back(std::string_view(file).substr(folder.size()));
   entry.record_identity = text_in(tree, "record");
   if (const Node* counts = tree.find("counts")) entry.counts = *counts;
   if (const Node* error = tree.find("error")) {
@@ -165,7 +176,7 @@ std::uint64_t not_made(const RunReport& report) {
 
 }  // namespace
 
-Node to_document(const RunReport& report) {
+Node head_of(const RunReport& report) {
   Node node = Node::map();
   node.set("scanmill_run", 1);
   node.set("version", report.version);
@@ -188,10 +199,36 @@ Node to_document(const RunReport& report) {
   job.set("text", report.job_text);
   node.set("job", std::move(job));
   node.set("notes", texts(report.notes));
+  return node;
+}
+
+Node to_document(const RunReport& report) {
+  Node node = head_of(report);
   Node scans = Node::sequence();
   for (const ScanEntry& entry : report.scans) scans.push(to_document(entry));
   node.set("scans", std::move(scans));
   return node;
+}
+
+Result<void> write_run(const RunReport& report, ByteSink& sink) {
+  constexpr std::size_t kPiece = 1 << 16;  // bytes written at once
+  std::string text = document::to_json(head_of(report), 1);
+  text.resize(text.size() - 2);  // "\n}"
+  text += ",\n \"scans\": [";
+  const char* before = "\n  ";
+  for (const ScanEntry& entry : report.scans) {
+    text += before;
+    for (const char c : document::to_json(to_document(entry), 1)) {
+      text += c;
+      if (c == '\n') text += "  ";  // it stands two levels down; no string holds a line feed as it is
+    }
+    before = ",\n  ";
+    if (text.size() < kPiece) continue;
+    TRY(sink.write(std::string_view(text)));
+    text.clear();
+  }
+  text += report.scans.empty() ? "]\n}\n" : "\n ]\n}\n";
+  return sink.write(std::string_view(text));
 }
 
 std::string last_line(const RunReport& report) {

@@ -7,8 +7,10 @@
 #include <utility>
 #include <vector>
 
+#include "base/bytes.hpp"
 #include "base/result.hpp"
 #include "document/document.hpp"
+#include "runner/word.hpp"
 
 namespace scanmill::runner {
 
@@ -46,15 +48,15 @@ struct ScanEntry {
   Error error;                            // of Failed, Stale, Quarantined, Interrupted
   FailureClass failure = FailureClass::None;
   std::string failed_stage;    // the stage that was running; empty when not known
-  std::string repeat;          // the command that repeats this scan alone
+  std::string repeat;          // the command that repeats this scan alone; of those with an error
   int attempts = 0;            // in this run
   std::string started, ended;  // UTC; empty when it was not worked on
   double seconds = 0, cpu_seconds = 0;
   std::vector<std::pair<std::string, double>> stage_seconds;
   std::uint64_t peak_memory = 0;  // of the process that made it, when the scan ended
-  document::Node counts;
+  Counts counts;
   std::string record_identity;
-  std::vector<std::string> files;  // relative to the output tree
+  std::vector<Word> files;  // names in the scan's folder
 };
 
 struct RunReport {
@@ -78,10 +80,18 @@ struct RunReport {
   std::uint64_t rejected() const;  // results that failed a gate
 };
 
+/// The scan's files, relative to the output tree.
+std::vector<std::string> paths_of(const ScanEntry& entry);
+
 document::Node to_document(const ScanEntry& entry);
 /// errors  Internal when the tree is no scan of a run.json
 Result<ScanEntry> entry_from(const document::Node& tree);
 document::Node to_document(const RunReport& report);
+/// The same without `scans`, which stands last.
+document::Node head_of(const RunReport& report);
+/// run.json, with one scan at a time in memory; the bytes of to_json(to_document(report), 1) and a line feed.
+/// errors  those of the sink, which is not committed
+Result<void> write_run(const RunReport& report, ByteSink& sink);
 /// "2 scans: 0 unchanged, 2 done, 0 failed, 0 quarantined | gates: 0 | 00:00:07 h | OUT/report.html | exit 0"; ", 2 not
 /// made" and ", 1 vanished" follow where there are any.
 std::string last_line(const RunReport& report);

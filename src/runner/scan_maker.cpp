@@ -66,11 +66,20 @@ class StageWatch final : public Progress {
 
 }  // namespace
 
-std::vector<std::string> result_files(const OutputTree& tree, const std::string& name) {
-  std::vector<std::string> files;
-  if (const auto state = load_state(tree.scan(name)))
-    for (const OutputFile& output : state->outputs) files.push_back("scans/" + name + "/" + output.name);
+namespace {
+
+std::vector<Word> names_of(const std::vector<OutputFile>& outputs) {
+  std::vector<Word> files;
+  files.reserve(outputs.size());
+  for (const OutputFile& output : outputs) files.emplace_back(output.name);
   return files;
+}
+
+}  // namespace
+
+std::vector<Word> result_files(const OutputTree& tree, const std::string& name) {
+  const auto state = load_state(tree.scan(name));
+  return state ? names_of(state->outputs) : std::vector<Word>();
 }
 
 Node to_document(const Attempt& attempt) {
@@ -115,7 +124,7 @@ bool ScanMaker::settle(const SelectedScan& scan, const Fingerprint& fingerprint,
     entry.counts = state->counts;
     entry.record_identity = state->record_identity;
     entry.failed_gates = state->failed_gates;
-    for (const OutputFile& output : state->outputs) entry.files.push_back("scans/" + name + "/" + output.name);
+    entry.files = names_of(state->outputs);
     return true;
   }
   const Quarantine::Entry* held =
@@ -271,7 +280,8 @@ Result<void> ScanMaker::attempt(const SelectedScan& scan, const Fingerprint& fin
   for (const std::string& gate : entry.failed_gates) log->line("gate failed: " + gate);
   for (const auto& [stage, seconds] : entry.stage_seconds)
     log->line("stage " + stage + " took " + seconds_text(seconds));
-  for (const Node::Entry& count : entry.counts.entries())
+  const Node counts = entry.counts.document();
+  for (const Node::Entry& count : counts.entries())
     log->line(count.key + " " + document::to_canonical_json(count.value));
   if (const paged::Usage used = paged::usage(); used.most_in_file > 0)
     log->line("memory beyond the cap: up to " + bytes_text(used.most_in_file) + " in a file, " +

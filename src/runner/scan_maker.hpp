@@ -78,7 +78,7 @@ class ScanMaker {
   Frame frame_;
 };
 
-/// The files of a scan's result, relative to the output tree.
-std::vector<std::string> result_files(const OutputTree& tree, const std::string& name);
+/// The files of a scan's result, by name.
+std::vector<Word> result_files(const OutputTree& tree, const std::string& name);
 
 }  // namespace scanmill::runner

@@ -35,10 +35,10 @@ Node event_of(const ScanEntry& entry, const std::string& out) {
   event.set("seconds", entry.seconds);
   event.set("why", texts(entry.why));
   Node files = Node::sequence();
-  for (const std::string& file : entry.files) files.push(out + "/" + file);
+  for (const std::string& file : paths_of(entry)) files.push(out + "/" + file);
   event.set("files", std::move(files));
   if (!entry.failed_gates.empty()) event.set("failed_gates", texts(entry.failed_gates));
-  if (entry.counts.is_map()) event.set("counts", entry.counts);
+  if (entry.counts.is_known()) event.set("counts", entry.counts.document());
   return event;
 }
 
@@ -59,10 +59,10 @@ void explain_scan(const ScanEntry& entry, bool dry_run, Console& console) {
 std::string good_line(const ScanEntry& entry, const std::string& out) {
   std::string line =
       entry.name + ": " + name_of(entry.fate) + (entry.failed_gates.empty() ? "" : ", but rejected by a gate");
-  for (const std::string& file : entry.files)
+  for (const std::string& file : paths_of(entry))
     if (!file.ends_with(".png")) line += " | " + out + "/" + file;  // pictures are in the report as well
   for (const auto& [key, thing] : {std::pair("triangles", "triangle"), std::pair("boundary_loops", "open loop")})
-    if (const Node* value = entry.counts.find(key); value && value->is_integer())
+    if (const auto value = entry.counts.find(key); value && value->is_integer())
       line += " | " + counted(static_cast<std::uint64_t>(value->as_integer()), thing);
   return line + " | " + seconds_text(entry.seconds);
 }

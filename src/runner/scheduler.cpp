@@ -107,8 +107,13 @@ void Scheduler::sort_out() {
       continue;
     }
     entry = std::move(judgement.entry);
-    show_scan(entry, p_.tree.root(), p_.options.explain, p_.options.dry_run, names_.size() > kManyScans, p_.console);
+    show(entry);
   }
+}
+
+void Scheduler::show(ScanEntry& entry) {
+  if (!entry.error.message.empty()) entry.repeat = repeat_command(p_.options, entry.name);
+  show_scan(entry, p_.tree.root(), p_.options.explain, p_.options.dry_run, names_.size() > kManyScans, p_.console);
 }
 
 void Scheduler::put_on_list(std::size_t scan) {
@@ -438,7 +443,8 @@ bool Scheduler::goes_again(WorkItem item, const Ended& ended, const ScanEntry& e
   if (p_.stop.signal != 0 || p_.stop.flag.is_set() || p_.options.dry_run) return false;
   std::string why;
   const double passed = p_.how.retry_wait_s * std::pow(4, item.transient);
-  if (entry.failure == FailureClass::Resource && p_.memory > 0 && ended.order.memory < p_.memory) {
+  // The memory of a process that made other scans is in pieces: what lacked it there gets one of its own.
+  if (entry.failure == FailureClass::Resource && p_.memory > 0 && (ended.order.memory < p_.memory || ended.reused)) {
     item.memory = std::min(p_.memory, 2 * ended.order.memory);
     why = "with " + bytes_text(item.memory) + " of memory";
   } else if (entry.failure == FailureClass::Transient && item.transient < p_.how.retry_transient) {
@@ -494,7 +500,7 @@ void Scheduler::finish_scan(const WorkItem& item, const Ended& ended, const std:
                                      entry.failure == FailureClass::Resource ? p_.memory : 0,
                                      ended.over_time ? p_.how.scan_time_limit_s : 0});
   }
-  show_scan(entry, p_.tree.root(), p_.options.explain, p_.options.dry_run, names_.size() > kManyScans, p_.console);
+  show(entry);
 }
 
 /// The journal, run.json and what the operator sees.

@@ -8,6 +8,8 @@
 #include <cstring>
 #include <vector>
 
+#include "runner/machine.hpp"
+
 namespace scanmill::runner {
 
 void act_on_test_fault(const std::string& scan) {
@@ -20,6 +22,12 @@ void act_on_test_fault(const std::string& scan) {
   if (named("crash")) raise(SIGSEGV);
   if (named("kill")) raise(SIGKILL);
   while (named("hang")) pause();
+  // "slow:20" makes every scan cost that many ms of CPU more, as a build that became slower would.
+  if (const auto at = faults.find(",slow:"); at != std::string::npos) {
+    const double until = cpu_seconds() + 1e-3 * std::atof(faults.c_str() + at + 6);
+    while (cpu_seconds() < until) {
+    }
+  }
   if (named("hog")) {
     std::vector<std::vector<char>> all;
     for (;;) {

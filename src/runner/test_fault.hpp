@@ -5,7 +5,8 @@
 
 namespace scanmill::runner {
 
-/// SCANMILL_TEST_FAULT="crash:NAME,hang:NAME,hog:NAME" names scans; without it nothing happens.
+/// SCANMILL_TEST_FAULT="crash:NAME,hang:NAME,hog:NAME" names scans; "slow:20" makes every scan cost 20 ms of CPU more.
+/// Without it nothing happens.
 void act_on_test_fault(const std::string& scan);
 
 }  // namespace scanmill::runner

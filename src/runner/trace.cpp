@@ -31,8 +31,8 @@ std::string seconds(double value) {
 }
 
 std::string count(const ScanEntry& entry, const char* key) {
-  const document::Node* value = entry.counts.is_map() ? entry.counts.find(key) : nullptr;
-  return value && value->is_number() ? document::to_json(*value) : "";
+  const auto value = entry.counts.find(key);
+  return value ? document::to_json(*value) : "";
 }
 
 /// Every stage of any scan, each after the one it follows in the first scan that has it.

@@ -80,6 +80,13 @@ struct CutParts {
   std::string folder;
 };
 
+/// What the page of a whole run is made from (runner/night.hpp).
+struct Night {
+  document::Node head;  // all but the scans
+  std::size_t scans = 0;
+  std::function<document::Node(std::size_t)> scan;  // one of them: not all are in memory at once
+};
+
 class Work {
  public:
   virtual ~Work() = default;
@@ -128,8 +135,8 @@ class Work {
   virtual std::string save_hashes() const = 0;
   /// Those of one scan's files, for load_hashes of another process.
   virtual std::string save_hashes_of(std::size_t scan) const = 0;
-  /// The page of a whole run; `night` is what night_document() made (runner/night.hpp). Empty: this work has none.
-  virtual std::string night_page(const document::Node& /*night*/) const { return {}; }
+  /// The page of a whole run. Empty: this work has none.
+  virtual std::string night_page(const Night& /*night*/) const { return {}; }
 };
 
 }  // namespace scanmill::runner

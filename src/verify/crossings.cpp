@@ -83,8 +83,9 @@ class Sweep {
     for (const std::uint32_t other : leaves_) {
       if (other < number) continue;
       theirs_.fill(mesh_, tree_, other);
-      for (std::size_t i = 0; i < mine_.count; ++i)
-        for (std::size_t j = other == number ? i + 1 : 0; j < theirs_.count; ++j) {
+      for (std::size_t j = 0; j < theirs_.count; ++j) {
+        if (!boxes_meet(box.low, box.high, theirs_.low[j], theirs_.high[j])) continue;  // two of three
+        for (std::size_t i = 0; i < (other == number ? j : mine_.count); ++i) {
           if (!boxes_meet(mine_.low[i], mine_.high[i], theirs_.low[j], theirs_.high[j])) continue;
           const std::uint32_t s = mine_.triangle[i], t = theirs_.triangle[j];
           if (!cross_each_other(mesh_, s, t)) continue;
@@ -92,6 +93,7 @@ class Sweep {
           for (const std::uint32_t c : {s, t})  // several workers may find it
             std::atomic_ref(all_.crossed[c]).store(1, std::memory_order_relaxed);
         }
+      }
     }
   }
 

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <atomic>
 #include <mutex>
+#include <utility>
 
 #include "base/text.hpp"
 #include "verify/sides.hpp"
@@ -199,8 +200,14 @@ Result<Seen> judge_points(Judged& judged, const PointSource& points, const Conte
   TRY(std::move(failure).result());
   Seen all;
   all.patches.resize(judged.patch_count);
-  for (auto& worker : workers)
-    if (worker) all.add(worker->seen);
+  bool first = true;
+  for (auto& worker : workers) {
+    if (!worker) continue;
+    if (std::exchange(first, false))
+      all = std::move(worker->seen);
+    else
+      all.add(worker->seen);
+  }
   return all;
 }
 

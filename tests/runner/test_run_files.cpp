@@ -29,7 +29,12 @@ class PageWork : public Work {
   }
   void load_hashes(std::string_view) override {}
   std::string save_hashes() const override { return {}; }
-  std::string night_page(const document::Node& night) const override { return document::to_json(night); }
+  std::string night_page(const Night& night) const override {
+    document::Node whole = night.head, scans = document::Node::sequence();
+    for (std::size_t k = 0; k < night.scans; ++k) scans.push(night.scan(k));
+    whole.set("scans", std::move(scans));
+    return document::to_json(whole);
+  }
 };
 
 class RunFiles : public RunnerTest {
@@ -158,6 +163,32 @@ TEST_F(RunFiles, StepSummaryIsAppended) {
   EXPECT_NE(notes[0].find("/no/such/folder"), std::string::npos) << notes[0];
 }
 
+TEST(WriteRun, GivesTheBytesOfTheWholeDocument) {
+  for (RunReport run : {sample_run(), RunReport()}) {
+    std::string text;
+    const auto sink = memory_sink("run.json", text);
+    ASSERT_TRUE(write_run(run, *sink).ok());
+    ASSERT_TRUE(sink->commit().ok());
+    EXPECT_EQ(text, document::to_json(to_document(run), 1) + "\n");
+  }
+}
+
+TEST(Counts, AreWhatTheyWereSetTo) {
+  Counts counts;
+  EXPECT_FALSE(counts.is_known());
+  EXPECT_TRUE(counts.document().is_null());
+  counts = document::Node::map();
+  EXPECT_TRUE(counts.is_known());
+  EXPECT_TRUE(counts.empty());
+  counts.set("triangles", 7);
+  counts.set("rms_mm", 0.5);
+  counts.set("name", "no number");
+  counts.set("triangles", std::int64_t{1} << 60);
+  EXPECT_EQ(document::to_json(counts.document()), "{\"triangles\":1152921504606846976,\"rms_mm\":0.5}");
+  EXPECT_TRUE(counts.find("triangles")->is_integer());
+  EXPECT_FALSE(counts.find("points").has_value());
+}
+
 TEST(WorseScans, OrdersByFitErrorThenLoopsThenGatesThenName) {
   RunReport last = night({{"a", 1}, {"b", 1}, {"c", 1}, {"d", 1}, {"e", 1}, {"same", 1}, {"better", 1}});
   RunReport now = night({{"a", 1}, {"b", 1.1}, {"c", 3}, {"d", 1}, {"e", 1}, {"same", 1}, {"better", 0.1}});
@@ -165,20 +196,20 @@ TEST(WorseScans, OrdersByFitErrorThenLoopsThenGatesThenName) {
   now.scans[3].counts.set("boundary_loops", 9);
   now.scans[4].counts.set("boundary_loops", 9);
   now.scans[4].failed_gates = {"verify.rms_mm: found 2 mm, allowed 1 mm"};
-  EXPECT_EQ(names_of(worse_scans(now, to_document(last))), "c b e d a ");
+  EXPECT_EQ(names_of(worse_scans(now, LastNight(to_document(last)))), "c b e d a ");
   // The gate failed then as well, with another figure: nothing new.
   last.scans[0].failed_gates = {"verify.rms_mm: found 3 mm, allowed 1 mm"};
-  EXPECT_EQ(names_of(worse_scans(now, to_document(last))), "c b e d ");
+  EXPECT_EQ(names_of(worse_scans(now, LastNight(to_document(last)))), "c b e d ");
 }
 
 TEST(WorseScans, TakesNoiseAndStrangersForNothing) {
   const RunReport last = night({{"a", 1}, {"b", 0}});
-  EXPECT_EQ(names_of(worse_scans(night({{"a", 1.019}, {"b", 0}, {"new", 9}}), to_document(last))), "");
-  EXPECT_EQ(names_of(worse_scans(night({{"a", 1.021}}), to_document(last))), "a ");
-  EXPECT_EQ(names_of(worse_scans(night({{"b", 0.001}}), to_document(last))), "b ");
+  EXPECT_EQ(names_of(worse_scans(night({{"a", 1.019}, {"b", 0}, {"new", 9}}), LastNight(to_document(last)))), "");
+  EXPECT_EQ(names_of(worse_scans(night({{"a", 1.021}}), LastNight(to_document(last)))), "a ");
+  EXPECT_EQ(names_of(worse_scans(night({{"b", 0.001}}), LastNight(to_document(last)))), "b ");
   for (const char* odd : {"{}", "[]", "{\"scans\": 7}", "{\"scans\": [7, {}, {\"name\": 3}, {\"name\": \"a\"}]}",
                           "{\"scans\": [{\"name\": \"a\", \"counts\": 7, \"failed_gates\": 7}]}"})
-    EXPECT_EQ(names_of(worse_scans(night({{"a", 9}}), *document::parse_json(odd, odd))), "") << odd;
+    EXPECT_EQ(names_of(worse_scans(night({{"a", 9}}), LastNight(*document::parse_json(odd, odd)))), "") << odd;
 }
 
 }  // namespace

@@ -3,6 +3,8 @@
 #include <csignal>
 #include <cstring>
 #include <ctime>
+#include <fstream>
+#include <set>
 
 #include "fake_work.hpp"
 #include "runner/driver.hpp"
@@ -168,6 +170,39 @@ TEST_F(Workers, GetMoreMemoryWhenTheyLackIt) {
   EXPECT_EQ(run(), 0) << text;
   EXPECT_EQ(state("t-heavy"), "done");
 #endif
+}
+
+TEST_F(Workers, MakeSmallScansOneAfterTheOther) {
+  for (int i = 0; i < 12; ++i) scan("s" + std::to_string(10 + i), "light");
+  work.before_end = [&](const std::string& name) {
+    count_try(name);
+    std::ofstream(root + "/pids", std::ios::app) << getpid() << "\n";
+    if (name == "s15" && tries(name) == 1) raise(SIGSEGV);
+    if (name == "s18" && tries(name) == 1) raise(SIGKILL);
+  };
+  EXPECT_EQ(run(), 0) << text;
+  for (int i = 0; i < 12; ++i) {
+    const std::string name = "s" + std::to_string(10 + i);
+    EXPECT_EQ(state(name), "done") << name;
+    EXPECT_EQ(tries(name), i == 5 || i == 8 ? 2u : 1u) << name << ": a death costs the scan at work alone";
+  }
+  std::ifstream file(root + "/pids");
+  std::set<std::string> processes;
+  std::string line;
+  std::size_t lines = 0;
+  for (; std::getline(file, line); ++lines) processes.insert(line);
+  EXPECT_EQ(lines, 14u);
+  EXPECT_LE(processes.size(), 8u) << "two at a time, and new ones after deaths and for what is tried again";
+}
+
+TEST_F(Workers, ThatSawAFailureAreReplaced) {
+  for (const char* name : {"a", "b", "c", "d"}) scan(name, "bad");
+  work.before_end = [&](const std::string&) { std::ofstream(root + "/pids", std::ios::app) << getpid() << "\n"; };
+  EXPECT_EQ(run(), 3) << text;
+  std::ifstream file(root + "/pids");
+  std::set<std::string> processes;
+  for (std::string line; std::getline(file, line);) processes.insert(line);
+  EXPECT_EQ(processes.size(), 4u);
 }
 
 TEST_F(Workers, ThatAreKilledFromOutsideCountAsALackOfMemory) {
