@@ -22,7 +22,8 @@ std::string digest_of(const std::vector<BumpyBall::Point>& points) {
 }
 
 TEST(BumpyBall, HasTheSameBytesEverywhere) {
-  EXPECT_EQ(digest_of(all_of(BumpyBall(100'000, 1))), "8ff7821341ba23a40636f3a2806959047899802739542e56945b1a3d202acb24");
+  EXPECT_EQ(digest_of(all_of(BumpyBall(100'000, 1))),
+            "8ff7821341ba23a40636f3a2806959047899802739542e56945b1a3d202acb24");
   EXPECT_NE(digest_of(all_of(BumpyBall(100'000, 2))), digest_of(all_of(BumpyBall(100'000, 1))));
 }
 
