@@ -16,6 +16,7 @@
 #include "cli/stage_options.hpp"
 #include "cli/versions.hpp"
 #include "pipeline/audit.hpp"
+#include "pipeline/bench_scale.hpp"
 #include "pipeline/bench_stages.hpp"
 #include "pipeline/fringe_files.hpp"
 #include "pipeline/mesh_tools.hpp"
@@ -60,6 +61,7 @@ struct Options {
   std::string input, second, output, schema;
   pipeline::PictureChoice picture;
   pipeline::BenchChoice timing;
+  pipeline::ScaleChoice scale;
   pipeline::ReplayChoice replay;
   PlanOptions plan;
   SimulateOptions simulate;
@@ -217,14 +219,30 @@ void add_tool_commands(CLI::App& app, Options& options) {
   });
   CLI::App& bench =
       command(app, options, "bench", "How fast each stage, or a whole job, is on this machine and on these points.");
-  bench.add_option("stage", options.timing.stage,
-                   document::joined(pipeline::bench_stage_words()) + ", or a job file; all stages unless given.");
+  bench.add_option(
+      "stage", options.timing.stage,
+      document::joined(pipeline::bench_stage_words()) +
+          ", a job file, or scale: the whole job over made clouds of growing size; all stages unless given.");
   bench.add_option("--file", options.timing.file,
                    "Cloud file, .conf file or scan plan; a made sphere of a million points unless given.");
   bench.add_option("--repeat", options.timing.repeats, "Times each stage runs; 5 if not given.")
       ->check(CLI::Range(1, 1000));
   bench.add_option("--against", options.timing.against, "Earlier --out document; a confirmed slowdown ends with 4.");
-  bench.add_option("--out", options.timing.out, "JSON document to write.");
+  bench.add_option("--out", options.timing.out, "JSON document to write; scale: folder for scale.json and scale.png.");
+  bench.remove_option(bench.get_option("--threads"));
+  bench.add_option("--threads", options.scale.threads, "Threads to use; all by default; scale: numbers such as 1,2.")
+      ->delimiter(',')
+      ->check(CLI::Range(1, 1024));
+  bench
+      .add_option("--points", options.scale.points, "scale: numbers of points such as 1e6,1e7; 1e5,1e6,1e7 by default.")
+      ->delimiter(',');
+  bench.add_option("--per-bin", options.scale.per_bin, "scale: points a bin, which chooses its size; 60 by default.")
+      ->check(CLI::Range(0.1, 1e6));
+  bench.add_option("--seed", options.scale.seed, "scale: of the clouds' noise; 1 by default.");
+  bench.add_flag("--views", options.scale.as_views, "scale: a file per view in place of one file.");
+  bench.add_flag("--keep", options.scale.keep, "scale: leave clouds and output trees below --out.");
+  bench.add_option("--generate", options.scale.generate,
+                   "scale: write the cloud of --points to this PLY, or a file per view to this folder, and no more.");
   options.bench.add_to(bench, {"", "lattice"});
   CLI::App& schema = command(app, options, "schema", "A JSON schema of what users write or scripts read.");
   schema.add_option("name", options.schema, document::joined(schema_names()))->required();
@@ -305,6 +323,16 @@ Result<pipeline::ToolReport> run_stage(const std::string& name, const Options& o
   if (name == "compare") return pipeline::compare_files(o.input, o.second, what, context, progress);
   if (name == "render") return pipeline::render_file(o.input, what, o.picture, o.output, context, progress);
   if (name == "audit") return pipeline::audit_record(o.audit, context, progress);
+  if (name == "bench" && o.timing.stage == "scale") {
+    pipeline::ScaleChoice scale = o.scale;
+    scale.out = o.timing.out;
+    scale.memory = o.common.memory;
+    scale.executable = "/proc/self/exe";
+    scale.version = version();
+    scale.cores = runner::usable_cores();
+    scale.processor = runner::processor_name();
+    return pipeline::bench_scale(scale, context, progress);
+  }
   if (name == "bench") {
     pipeline::BenchChoice timing = o.timing;
     timing.version = version();
@@ -341,6 +369,16 @@ bool is_job_file(const std::string& word) {
          word.find('/') != std::string::npos;
 }
 
+/// An option that only `bench scale` takes; empty when none was given.
+std::string scale_option_of(const pipeline::ScaleChoice& scale) {
+  return !scale.points.empty()      ? "--points"
+         : !scale.generate.empty()  ? "--generate"
+         : scale.as_views           ? "--views"
+         : scale.keep               ? "--keep"
+         : scale.threads.size() > 1 ? "several --threads"
+                                    : "";
+}
+
 int dispatch(const CLI::App& app, Options& options) {
   const CLI::App& sub = *app.get_subcommands()[0];
   const std::string name =
@@ -357,6 +395,15 @@ int dispatch(const CLI::App& app, Options& options) {
     if (options.common.json) return print_schema_line(options.schema, *text);
     std::fputs(text->c_str(), stdout);
     return runner::kExitGood;
+  }
+  if (name == "bench" && options.timing.stage == "scale") {
+    if (!options.timing.file.empty() || !options.timing.against.empty())
+      return refuse("bench scale: found --file or --against; it makes its clouds itself and compares with nothing",
+                    options.common.json);
+  } else if (name == "bench") {
+    if (const std::string option = scale_option_of(options.scale); !option.empty())
+      return refuse("bench: found " + option + ", which belongs to bench scale", options.common.json);
+    if (!options.scale.threads.empty()) options.common.threads = options.scale.threads[0];
   }
   if (name == "bench" && is_job_file(options.timing.stage)) {
     if (!options.timing.file.empty())

@@ -9,9 +9,9 @@
 namespace scanmill::cli {
 namespace {
 
-constexpr std::string_view kNames[] = {"job",        "plan",    "run",      "stream",     "bench",
-                                       "throughput", "journal", "worklist", "quarantine", "replay",
-                                       "refinement", "truth",   "record"};
+constexpr std::string_view kNames[] = {"job",        "plan",       "run",     "stream",   "bench",
+                                       "throughput", "scale",      "journal", "worklist", "quarantine",
+                                       "replay",     "refinement", "truth",   "record"};
 
 }  // namespace
 
@@ -30,6 +30,7 @@ Result<std::string> schema_text(const std::string& name) {
   if (name == "refinement") return std::string(k_refinement_schema);
   if (name == "truth") return std::string(k_truth_schema);
   if (name == "record") return std::string(k_record_schema);
+  if (name == "scale") return std::string(k_scale_schema);
   if (name == "throughput") return std::string(k_throughput_schema);
   std::string sentence = "schema: found " + name + "; allowed " + document::joined(kNames);
   if (const std::string_view nearest = nearest_name(name, kNames); !nearest.empty())

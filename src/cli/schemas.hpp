@@ -13,6 +13,7 @@ extern const char k_plan_schema[], k_run_schema[], k_stream_schema[], k_bench_sc
 extern const char k_journal_schema[], k_worklist_schema[], k_quarantine_schema[], k_replay_schema[];
 extern const char k_journal_schema[], k_worklist_schema[], k_quarantine_schema[], k_refinement_schema[];
 extern const char k_journal_schema[], k_worklist_schema[], k_quarantine_schema[], k_truth_schema[], k_record_schema[];
+extern const char k_scale_schema[];
 
 std::span<const std::string_view> schema_names();
 /// Text of a schema, as in schemas/ of the source.

@@ -196,6 +196,16 @@ class Grower {
   /// Peaks of the curvature proxy, highest first, at least `spacing_bins` apart.
   void place_automatic() {
     std::vector<std::uint8_t> is_peak(in_.positions.size(), 1);
+    std::vector<std::uint64_t> extent(components_, 0);
+    for (const std::uint32_t c : component_) ++extent[c];
+    // A peak's triangle lies in the largest component around it: at the sharpest places single triangles are folded off
+    // from the surface, and a seed on one would reach nothing else.
+    const auto starts_better = [&](std::uint32_t t, std::uint32_t u, std::uint32_t vertex) {
+      if (u == kFree) return true;
+      const std::uint64_t mine = extent[component_[t]], other = extent[component_[u]];
+      if (mine != other) return mine > other;
+      return norm2(centroid_[t] - in_.positions[vertex]) < norm2(centroid_[u] - in_.positions[vertex]);
+    };
     std::vector<std::uint32_t> triangle_at(in_.positions.size(), kFree);
     for (std::uint32_t t = 0; t < faces(); ++t)
       for (std::size_t e = 0; e < 3; ++e) {
@@ -204,7 +214,7 @@ class Grower {
           is_peak[a] = 0;
         else if (in_.variation[b] < in_.variation[a])
           is_peak[b] = 0;
-        if (triangle_at[a] == kFree) triangle_at[a] = t;
+        if (starts_better(t, triangle_at[a], a)) triangle_at[a] = t;
       }
     std::vector<std::uint32_t> peaks;
     for (std::uint32_t v = 0; v < in_.positions.size(); ++v)

@@ -152,6 +152,11 @@ TEST(BenchSchema, ExamplesAndOurOwnReportsAreJudgedRight) {
   EXPECT_FALSE(pipeline::bench_report_from(example("bench.invalid.json"), "bench.invalid.json").ok());
 }
 
+TEST(ScaleSchema, TellsTheExamplesApart) {
+  EXPECT_EQ(judge("scale.schema.json", example("scale.valid.json")), 0);
+  EXPECT_EQ(judge("scale.schema.json", example("scale.invalid.json")), 1);
+}
+
 TEST(ThroughputSchema, ExamplesAndOurOwnReportsAreJudgedRight) {
   EXPECT_EQ(judge("throughput.schema.json", example("throughput.valid.json")), 0);
   EXPECT_EQ(judge("throughput.schema.json", example("throughput.invalid.json")), 1);

@@ -26,8 +26,8 @@ stations:
 EYES = [(150, 0, 0), (-150, 0, 0), (0, 150, 0), (0, -150, 0), (0, 0, 150), (0, 0, -150)]
 
 
-def run(*words, want=0, cwd=None):
-    done = subprocess.run([SCANMILL, *map(str, words)], capture_output=True, text=True, cwd=cwd, timeout=300)
+def run(*words, want=0, cwd=None, timeout=300):
+    done = subprocess.run([SCANMILL, *map(str, words)], capture_output=True, text=True, cwd=cwd, timeout=timeout)
     text = done.stderr + done.stdout
     assert done.returncode == want, f"exit {done.returncode}, wanted {want}: {words}\n{text}"
     return text

@@ -1,0 +1,261 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipeline/bench_scale.hpp"
+
+#include <stdlib.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <string_view>
+#include <tuple>
+
+#include "base/text.hpp"
+#include "pipeline/bench_cloud.hpp"
+#include "pipeline/scale_report.hpp"
+#include "pipeline/stopwatch.hpp"
+#include "pipeline/watched_child.hpp"
+#include "render/png.hpp"
+#include "store/files.hpp"
+
+namespace scanmill::pipeline {
+
+using document::Node;
+
+namespace {
+
+constexpr int kLookEveryMs = 20;
+constexpr std::uint64_t kLongestDocument = 64 << 20;
+constexpr double kLeastPoints = 1e3, kMostPoints = 1e12;
+
+Result<std::vector<std::uint64_t>> sizes_of(const ScaleChoice& choice) {
+  std::vector<std::uint64_t> sizes;
+  for (const std::string& word : choice.points) {
+    const auto number = parse_number(word);
+    if (!number || *number < kLeastPoints || *number > kMostPoints || *number != std::floor(*number))
+      return fail(Code::BadUsage, "found '" + word + "'; allowed whole numbers from 1000 to 1e12 such as 1e6",
+                  "command line: --points");
+    sizes.push_back(static_cast<std::uint64_t>(*number));
+  }
+  if (choice.points.empty()) sizes = {100'000, 1'000'000, 10'000'000};
+  std::sort(sizes.begin(), sizes.end());
+  sizes.erase(std::unique(sizes.begin(), sizes.end()), sizes.end());
+  return sizes;
+}
+
+/// The folder that clouds and output trees stand in; removed with what was not to be kept.
+class Workshop {
+ public:
+  static Result<Workshop> open(const ScaleChoice& choice) {
+    if (!choice.out.empty()) {
+      TRY(store::make_folders(choice.out));
+      return Workshop(std::filesystem::absolute(choice.out).string(), false);
+    }
+    std::error_code error;
+    std::string path = (std::filesystem::temp_directory_path(error) / "scanmill-scale-XXXXXX").string();
+    if (error || !mkdtemp(path.data()))
+      return fail(Code::IoFailed, "takes no folder; set TMPDIR to one that does, or give --out",
+                  error ? "TMPDIR" : path);
+    return Workshop(path, true);
+  }
+  Workshop(Workshop&& other) noexcept : path_(std::move(other.path_)), passing_(other.passing_) {
+    other.passing_ = false;
+  }
+  ~Workshop() {
+    if (passing_) (void)store::remove_tree(path_);
+  }
+  const std::string& path() const { return path_; }
+
+ private:
+  Workshop(std::string path, bool passing) : path_(std::move(path)), passing_(passing) {}
+  std::string path_;
+  bool passing_;
+};
+
+std::string job_text(const ScaleChoice& choice, double bin_mm) {
+  return "scanmill: 1\narchive: archive\nsettle_s: 0\nlattice: {bin_mm: " + number_text(bin_mm) + "}\n" +
+         (choice.as_views ? "views:\n  - {name: cloud, files: 'cloud/view-*.ply'}\n" : "");
+}
+
+double number_in(const Node& map, const char* key) {
+  const Node* value = map.find(key);
+  return value && value->is_number() ? value->as_number() : 0;
+}
+
+/// What a stage works on: all points, the kept ones, or the triangles.
+std::pair<const char*, std::uint64_t> work_of(const std::string& stage, const ScaleRun& run) {
+  constexpr std::string_view kPoints[] = {"open", "clean", "reduce", "verify", "hash inputs"};
+  constexpr std::string_view kTriangles[] = {"export", "record", "pictures", "report", "surfaces"};
+  if (std::find(std::begin(kPoints), std::end(kPoints), stage) != std::end(kPoints)) return {"points", run.points};
+  if (std::find(std::begin(kTriangles), std::end(kTriangles), stage) != std::end(kTriangles))
+    return {"triangles", run.triangles};
+  return {"kept points", run.kept};
+}
+
+/// Processor seconds of the tree at a time, straight between two looks.
+double cpu_at(const std::vector<TreeSample>& samples, double wall_s) {
+  const auto after = std::lower_bound(samples.begin(), samples.end(), wall_s,
+                                      [](const TreeSample& sample, double at) { return sample.wall_s < at; });
+  if (after == samples.begin()) return samples.front().cpu_s;
+  if (after == samples.end()) return samples.back().cpu_s;
+  const TreeSample &a = *(after - 1), &b = *after;
+  return a.cpu_s + (b.cpu_s - a.cpu_s) * (wall_s - a.wall_s) / std::max(b.wall_s - a.wall_s, 1e-9);
+}
+
+/// Stages end one after the other, the last when the run tells that the scan is done: their wall time is the run's own,
+/// CPU time and memory are what was seen from outside in between.
+void add_stages(const Node& seconds, const ChildRun& child, ScaleRun& run) {
+  double total = 0;
+  for (const Node::Entry& stage : seconds.entries()) total += stage.value.is_number() ? stage.value.as_number() : 0;
+  const std::size_t told = child.said.find("\"type\":\"scan\"");
+  double end = child.wall_s;
+  for (const TreeSample& sample : child.samples)
+    if (told != std::string::npos && sample.said_bytes > child.said_from + told) {
+      end = sample.wall_s;
+      break;
+    }
+  double from = std::max(0.0, end - total);
+  for (const Node::Entry& stage : seconds.entries()) {
+    const double took = stage.value.is_number() ? stage.value.as_number() : 0;
+    BenchStage row;
+    row.name = stage.key;
+    std::tie(row.unit, row.amount) = work_of(stage.key, run);
+    row.wall_s = timing::band_of({took});
+    row.cpu_s = timing::band_of({std::max(0.0, cpu_at(child.samples, from + took) - cpu_at(child.samples, from))});
+    for (const TreeSample& sample : child.samples)
+      if (sample.wall_s >= from - 1e-3 * kLookEveryMs && sample.wall_s <= from + took + 1e-3 * kLookEveryMs)
+        row.peak_bytes = std::max(row.peak_bytes, sample.held_bytes);
+    run.stages.push_back(std::move(row));
+    from += took;
+  }
+}
+
+Result<ScaleRun> run_once(const ScaleChoice& choice, const std::string& folder, std::uint64_t points,
+                          std::int64_t threads, double bin_mm, const Context& context) {
+  const std::string out = folder + "/out-" + std::to_string(threads);
+  TRY(store::remove_tree(out));
+  std::vector<std::string> words{choice.executable, "run",       folder + "/job.yaml",   "--out", out,
+                                 "--json",          "--threads", std::to_string(threads)};
+  if (!choice.memory.empty()) words.insert(words.end(), {"--memory", choice.memory});
+  TRY_ASSIGN(const ChildRun child, run_watched(words, kLookEveryMs, context));
+  if (child.exit_code != 0)
+    return fail(Code::BadInput,
+                "scanmill run over " + counted(points, "point") + " with " +
+                    counted(static_cast<std::uint64_t>(threads), "thread") + " ends with exit code " +
+                    std::to_string(child.exit_code) + ":\n" +
+                    child.said.substr(0, child.said.find_last_not_of('\n') + 1),
+                folder);
+  TRY_ASSIGN(const auto source, store::open_file(out + "/run.json", out + "/run.json"));
+  TRY_ASSIGN(const std::string text, read_all(*source, kLongestDocument));
+  TRY_ASSIGN(const Node document, document::parse_json(text, out + "/run.json"));
+  const Node* scans = document.find("scans");
+  const Node* counts =
+      scans && scans->is_sequence() && scans->items().size() == 1 ? scans->items()[0].find("counts") : nullptr;
+  if (!counts || static_cast<std::uint64_t>(number_in(*counts, "points_read")) != points)
+    return fail(Code::Internal, "found no scan of " + counted(points, "point") + "; please report this",
+                out + "/run.json");
+  ScaleRun run;
+  run.points = points;
+  run.threads = threads;
+  run.bin_mm = bin_mm;
+  run.bins = static_cast<std::uint64_t>(number_in(*counts, "bins"));
+  run.kept = static_cast<std::uint64_t>(number_in(*counts, "kept"));
+  run.triangles = static_cast<std::uint64_t>(number_in(*counts, "triangles"));
+  run.cpu_s = child.cpu_s;
+  run.wall_s = child.wall_s;
+  run.peak_bytes = child.peak_held;
+  run.peak_resident = child.peak_resident;
+  if (const Node* stages = scans->items()[0].find("stage_seconds"); stages && stages->is_map())
+    add_stages(*stages, child, run);
+  if (!choice.keep) TRY(store::remove_tree(out));
+  return run;
+}
+
+/// One size: its cloud, its job, its runs.
+Result<void> measure_size(const ScaleChoice& choice, const Workshop& shop, std::uint64_t points, ScaleReport& report,
+                          const Context& context, Progress& progress) {
+  const std::string folder = shop.path() + "/points-" + std::to_string(points);
+  const simulate::BumpyBall ball(points, choice.seed);
+  const double bin_mm = scale_bin_mm(choice.per_bin);
+  Stopwatch watch;
+  watch.start();
+  TRY_ASSIGN(
+      const std::uint64_t bytes,
+      write_bench_cloud(ball, folder + (choice.as_views ? "/archive/cloud" : "/archive/cloud.ply"), context, progress));
+  watch.stop();
+  report.made.push_back({points, bytes, watch.cpu_seconds[0], watch.wall_seconds[0]});
+  TRY(store::write_text(folder + "/job.yaml", job_text(choice, bin_mm)));
+  std::uint64_t done = 0;
+  for (const std::int64_t threads : choice.threads) {
+    progress.stage("run " + grouped(points), done++, choice.threads.size());
+    TRY_ASSIGN(ScaleRun run, run_once(choice, folder, points, threads, bin_mm, context));
+    report.runs.push_back(std::move(run));
+  }
+  if (!choice.keep) TRY(store::remove_tree(folder));
+  return {};
+}
+
+Result<ToolReport> generate(const ScaleChoice& choice, const std::vector<std::uint64_t>& sizes, const Context& context,
+                            Progress& progress) {
+  if (choice.points.size() != 1)
+    return fail(Code::BadUsage,
+                "found " + counted(choice.points.size(), "number") + "; --generate makes one cloud: give one",
+                "command line: --points");
+  const simulate::BumpyBall ball(sizes[0], choice.seed);
+  Stopwatch watch;
+  watch.start();
+  TRY_ASSIGN(const std::uint64_t bytes, write_bench_cloud(ball, choice.generate, context, progress));
+  watch.stop();
+  ToolReport report;
+  report.values.set("path", choice.generate);
+  report.values.set("points", ball.points());
+  report.values.set("bytes", bytes);
+  report.values.set("views", static_cast<std::uint64_t>(ball.views()));
+  report.values.set("seed", choice.seed);
+  report.values.set("radius_mm", ball.radius_mm());
+  report.values.set("noise_mm", ball.kNoiseMm);
+  report.values.set("bin_mm", scale_bin_mm(choice.per_bin));
+  report.values.set("points_per_cpu_s", static_cast<double>(ball.points()) / std::max(watch.cpu_seconds[0], 1e-6));
+  return report;
+}
+
+}  // namespace
+
+double scale_bin_mm(double per_bin) {
+  // To a thousandth of a millimetre, so that the job reads well.
+  return std::max(1.0, std::floor(1e3 * std::sqrt(1.5 * per_bin / simulate::BumpyBall::kPointsPerMm2) + 0.5)) / 1e3;
+}
+
+Result<ToolReport> bench_scale(const ScaleChoice& given, const Context& context, Progress& progress) {
+  ScaleChoice choice = given;
+  TRY_ASSIGN(const std::vector<std::uint64_t> sizes, sizes_of(choice));
+  if (!choice.generate.empty()) return generate(choice, sizes, context, progress);
+  if (choice.threads.empty()) choice.threads = {choice.cores};
+  if (choice.keep && choice.out.empty())
+    return fail(Code::BadUsage, "keeps clouds and output trees in the folder of --out; give one",
+                "command line: --keep");
+  TRY_ASSIGN(const Workshop shop, Workshop::open(choice));
+  unsetenv("GITHUB_STEP_SUMMARY");  // the runs below are none of the build's steps
+
+  ScaleReport found;
+  found.version = choice.version;
+  found.processor = choice.processor;
+  found.cores = choice.cores;
+  found.memory = choice.memory;
+  found.seed = choice.seed;
+  found.per_bin = choice.per_bin;
+  found.as_views = choice.as_views;
+  for (const std::uint64_t points : sizes) TRY(measure_size(choice, shop, points, found, context, progress));
+
+  ToolReport report;
+  report.values = to_document(found);
+  report.text = scale_table(found);
+  if (!choice.out.empty()) {
+    TRY(store::write_text(shop.path() + "/scale.json", document::to_json(report.values, 2) + "\n"));
+    TRY_ASSIGN(const auto sink, store::create_file(shop.path() + "/scale.png"));
+    TRY(render::write_png(scale_picture(found), *sink));
+    TRY(sink->commit());
+  }
+  return report;
+}
+
+}  // namespace scanmill::pipeline
