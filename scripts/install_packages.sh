@@ -8,9 +8,9 @@ build="g++ cmake ninja-build ccache pkg-config
   libopenvdb-dev libboost-iostreams-dev libimath-dev libblosc-dev libtbb-dev libeigen3-dev libhdf5-dev
   libcli11-dev libyaml-cpp-dev nlohmann-json3-dev libssl-dev zlib1g-dev"
 test="libgtest-dev python3 python3-numpy python3-h5py python3-vtk9 python3-jsonschema python3-yaml strace
-  python3-ezdxf lib3mf1 admesh libopenvdb-tools"
+  python3-ezdxf lib3mf1 admesh libopenvdb-tools slurmctld slurmd slurm-client slurm-wlm-basic-plugins"
 all="libocct-foundation-dev libocct-modeling-data-dev libocct-modeling-algorithms-dev libocct-ocaf-dev libocct-data-exchange-dev
-  chromium"
+  chromium buildah podman runc debootstrap"
 
 case "${1:-}" in
   build) wanted=$build ;;

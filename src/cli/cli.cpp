@@ -67,6 +67,7 @@ struct Options {
   SimulateOptions simulate;
   bool as_is = false, as_points = false;
   std::uint64_t task_index = 0;
+  std::int64_t worklist_tasks = 0;
   pipeline::MeshForm form;
   pipeline::SectionChoice sections;
   pipeline::AuditChoice audit;
@@ -131,6 +132,15 @@ void add_job_commands(CLI::App& app, Options& options) {
       command(app, options, "retry", "Try failed and quarantined scans again, with the job of the last run.");
   retry.add_option("out", options.input, "Output folder of the run.")->required();
   retry.add_option("scans", options.inputs, "Scan names or patterns; all unless given.");
+  CLI::App& worklist = command(app, options, "worklist",
+                               "What a run would make, as numbered tasks for engines of your own (docs/cluster.md).");
+  worklist.add_option("job", options.run.job, "Job file.")->required();
+  worklist.add_option("--out", options.run.out, "Output folder, as for run.");
+  worklist.add_option("--only", options.run.only, "Scan name or pattern; may be given again.")->allow_extra_args(false);
+  worklist.add_option("--set", options.run.sets, "key=value as for run.")->allow_extra_args(false);
+  worklist.add_option("--tasks", options.worklist_tasks, "Tasks at most; by the forecast unless given.")
+      ->check(CLI::Range(1, 1000000));
+  worklist.add_option("-o,--output", options.output, "File to write; OUT/work/by-hand/tasks.json unless given.");
   CLI::App& task = command(app, options, "task", "One task of a worklist file, as every engine runs it.");
   task.add_option("worklist", options.input, "Worklist that run or worklist wrote.")->required();
   task.add_option("index", options.task_index, "Number of the task, from 0.")->required();
@@ -386,6 +396,7 @@ int dispatch(const CLI::App& app, Options& options) {
   if (name == "run") return run_run(options.common, options.run, g_stop);
   if (name == "status" || name == "cancel" || name == "gc")
     return run_operation(options.common, name, options.input, options.run.dry_run);
+  if (name == "worklist") return run_worklist(options.common, {options.run, options.output, options.worklist_tasks});
   if (name == "task") return run_task(options.common, options.input, options.task_index, g_stop);
   if (name == "retry") return run_retry(options.common, options.input, options.inputs, g_stop);
   if (name == "check") return run_check(options.common, options.input, options.run.sets, g_stop);

@@ -259,6 +259,15 @@ int run_run(const CommonOptions& common, runner::RunOptions options, runner::Sto
   return runner::run_job(options, work, console, stop);
 }
 
+int run_worklist(const CommonOptions& common, runner::WorklistOptions options) {
+  const auto console_options = common.console();
+  Console console(console_options ? *console_options : runner::ConsoleOptions{});
+  if (!console_options) return complain(console, console_options.error());
+  if (const auto done = complete(common, options.run); !done) return complain(console, done.error());
+  PipelineWork work({options.run.job, "scanmill " + options.run.version, runner::utc_now()});
+  return runner::write_worklist(options, work, console);
+}
+
 int run_task(const CommonOptions& common, const std::string& worklist, std::size_t index, runner::Stop& stop) {
   const auto console_options = common.console();
   Console console(console_options ? *console_options : runner::ConsoleOptions{});

@@ -12,6 +12,7 @@
 #include "runner/bench_job.hpp"
 #include "runner/console.hpp"
 #include "runner/driver.hpp"
+#include "runner/write_worklist.hpp"
 
 namespace scanmill::cli {
 
@@ -41,6 +42,8 @@ int run_run(const CommonOptions& common, runner::RunOptions options, runner::Sto
 int run_operation(const CommonOptions& common, const std::string& name, const std::string& out, bool dry_run);
 int run_retry(const CommonOptions& common, const std::string& out, const std::vector<std::string>& scans,
               runner::Stop& stop);
+/// `options`: what the command line says; the rest is filled in.
+int run_worklist(const CommonOptions& common, runner::WorklistOptions options);
 int run_task(const CommonOptions& common, const std::string& worklist, std::size_t index, runner::Stop& stop);
 /// `options`: job, repeats and documents; the rest is filled in.
 int run_bench_job(const CommonOptions& common, runner::BenchJobOptions options, runner::Stop& stop);

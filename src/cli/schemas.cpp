@@ -9,9 +9,9 @@
 namespace scanmill::cli {
 namespace {
 
-constexpr std::string_view kNames[] = {"job",        "plan",       "run",     "stream",   "bench",
-                                       "throughput", "scale",      "journal", "worklist", "quarantine",
-                                       "replay",     "refinement", "truth",   "record"};
+constexpr std::string_view kNames[] = {"job",    "plan",       "run",      "stream", "bench",  "throughput",
+                                       "scale",  "journal",    "worklist", "tasks",  "result", "quarantine",
+                                       "replay", "refinement", "truth",    "record"};
 
 }  // namespace
 
@@ -25,6 +25,8 @@ Result<std::string> schema_text(const std::string& name) {
   if (name == "bench") return std::string(k_bench_schema);
   if (name == "journal") return std::string(k_journal_schema);
   if (name == "worklist") return std::string(k_worklist_schema);
+  if (name == "tasks") return std::string(k_tasks_schema);
+  if (name == "result") return std::string(k_result_schema);
   if (name == "quarantine") return std::string(k_quarantine_schema);
   if (name == "replay") return std::string(k_replay_schema);
   if (name == "refinement") return std::string(k_refinement_schema);

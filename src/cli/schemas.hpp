@@ -11,6 +11,7 @@ namespace scanmill::cli {
 
 extern const char k_plan_schema[], k_run_schema[], k_stream_schema[], k_bench_schema[], k_throughput_schema[];
 extern const char k_journal_schema[], k_worklist_schema[], k_quarantine_schema[], k_replay_schema[];
+extern const char k_tasks_schema[], k_result_schema[];
 extern const char k_journal_schema[], k_worklist_schema[], k_quarantine_schema[], k_refinement_schema[];
 extern const char k_journal_schema[], k_worklist_schema[], k_quarantine_schema[], k_truth_schema[], k_record_schema[];
 extern const char k_scale_schema[];

@@ -24,14 +24,14 @@ using document::Node;
 namespace {
 
 constexpr int kLookEveryMs = 20;
-constexpr std::uint64_t kLongestDocument = 64 << 20;
-constexpr double kLeastPoints = 1e3, kMostPoints = 1e12;
+constexpr std::uint64_t kLongestRunFile = 64 << 20;
+constexpr double kLeastPoints = 1e3, kMostScalePoints = 1e12;
 
 Result<std::vector<std::uint64_t>> sizes_of(const ScaleChoice& choice) {
   std::vector<std::uint64_t> sizes;
   for (const std::string& word : choice.points) {
     const auto number = parse_number(word);
-    if (!number || *number < kLeastPoints || *number > kMostPoints || *number != std::floor(*number))
+    if (!number || *number < kLeastPoints || *number > kMostScalePoints || *number != std::floor(*number))
       return fail(Code::BadUsage, "found '" + word + "'; allowed whole numbers from 1000 to 1e12 such as 1e6",
                   "command line: --points");
     sizes.push_back(static_cast<std::uint64_t>(*number));
@@ -145,7 +145,7 @@ Result<ScaleRun> run_once(const ScaleChoice& choice, const std::string& folder, 
                     child.said.substr(0, child.said.find_last_not_of('\n') + 1),
                 folder);
   TRY_ASSIGN(const auto source, store::open_file(out + "/run.json", out + "/run.json"));
-  TRY_ASSIGN(const std::string text, read_all(*source, kLongestDocument));
+  TRY_ASSIGN(const std::string text, read_all(*source, kLongestRunFile));
   TRY_ASSIGN(const Node document, document::parse_json(text, out + "/run.json"));
   const Node* scans = document.find("scans");
   const Node* counts =

@@ -13,7 +13,7 @@ constexpr std::uint64_t kEnoughToTell = 100;  // points
 constexpr std::uint64_t kPointsPerBin = 9;
 constexpr double kBinsPerFace = 1.5;  // a smooth surface crosses about so many bins per bin face of its area
 
-std::string mm_text(double value) { return number_text(two_digits(value)) + " mm"; }
+std::string edge_text(double value) { return number_text(two_digits(value)) + " mm"; }
 
 std::string percent_text(std::uint64_t part, std::uint64_t whole) {
   const double tenths = std::floor(static_cast<double>(part) / static_cast<double>(whole) * 1000);
@@ -55,8 +55,8 @@ std::string fine_bins_note(const reduce::ReducedCloud& cloud) {
   const auto spacing = spacing_of(cloud);
   if (!spacing || cloud.lattice.edge_mm >= kFinestBinSpacings * *spacing) return {};
   return "bins of " + number_text(cloud.lattice.edge_mm) + " mm are too fine: the points lie about " +
-         mm_text(*spacing) + " apart, so many bins are empty and the surface gets holes; set lattice.bin_mm to about " +
-         mm_text(kGoodBinSpacings * *spacing);
+         edge_text(*spacing) + " apart, so many bins are empty and the surface gets holes; set lattice.bin_mm to about " +
+         edge_text(kGoodBinSpacings * *spacing);
 }
 
 std::string coverage_note(std::uint64_t meshed, std::uint64_t points, const Unmeshed& off,
@@ -67,9 +67,9 @@ std::string coverage_note(std::uint64_t meshed, std::uint64_t points, const Unme
   if (!cover) return text + "; the job leaves out what no given seed reaches (seeds.cover: false)";
   const auto spacing = spacing_of(cloud, off.rows);
   if (spacing && cloud.lattice.edge_mm < kFinestBinSpacings * *spacing)
-    return text + "; the others lie about " + mm_text(*spacing) + " apart, too far for bins of " +
+    return text + "; the others lie about " + edge_text(*spacing) + " apart, too far for bins of " +
            number_text(cloud.lattice.edge_mm) + " mm: set lattice.bin_mm to about " +
-           mm_text(kGoodBinSpacings * *spacing);
+           edge_text(kGoodBinSpacings * *spacing);
   return text +
          "; the others stray about or form pieces too small to keep: take them out (clean.outliers), or set "
          "lattice.bin_mm larger";

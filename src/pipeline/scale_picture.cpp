@@ -16,7 +16,7 @@ using render::Image;
 using render::Rgb;
 using render::Segment;
 
-constexpr int kWidth = 1200, kHeight = 520;
+constexpr int kCurveWidth = 1200, kCurveHeight = 520;
 constexpr double kTop = 84, kBottom = 456, kText = 10, kSmall = 8;
 constexpr Rgb kInk{34, 40, 49}, kGrid{222, 226, 231}, kPaper{255, 255, 255};
 constexpr Rgb kCurves[] = {{31, 104, 173}, {214, 98, 34}, {52, 134, 72}, {141, 73, 160}, {120, 120, 120}};
@@ -73,7 +73,7 @@ void draw_frame(Image& image, const Panel& panel, const std::string& title, cons
 }  // namespace
 
 Image scale_picture(const ScaleReport& report) {
-  Image image(kWidth, kHeight, kPaper);
+  Image image(kCurveWidth, kCurveHeight, kPaper);
   if (report.runs.empty()) return image;
   using Value = std::function<double(const ScaleRun&)>;
   const Value points = [](const ScaleRun& run) { return static_cast<double>(run.points); };

@@ -76,7 +76,7 @@ struct Child {
 };
 
 /// A worker that has answered and waits for the next scan.
-struct Idle {
+struct IdleWorker {
   int pid = 0;
   int pipe = -1;
   std::uint64_t memory = 0;
@@ -236,7 +236,7 @@ class LocalExecutor final : public Executor {
   /// To a worker that waits; false when there is none for this order.
   bool hand_on(const Order& order) {
     while (order.threads == 1 && !idle_.empty()) {
-      const Idle idle = idle_.back();
+      const IdleWorker idle = idle_.back();
       if (order.memory > idle.memory) return false;
       idle_.pop_back();
       pollfd polled{idle.pipe, POLLIN, 0};
@@ -251,14 +251,14 @@ class LocalExecutor final : public Executor {
   }
 
   /// It has nothing to lose.
-  static void dismiss(const Idle& idle) {
+  static void dismiss(const IdleWorker& idle) {
     close(idle.pipe);
     kill(idle.pid, SIGKILL);
     while (waitpid(idle.pid, nullptr, 0) < 0 && errno == EINTR) {
     }
   }
   void dismiss_idle() {
-    for (const Idle& idle : idle_) dismiss(idle);
+    for (const IdleWorker& idle : idle_) dismiss(idle);
     idle_.clear();
   }
 
@@ -345,7 +345,7 @@ class LocalExecutor final : public Executor {
   LocalOptions options_;
   std::vector<Running> running_;
   std::vector<Child> children_;  // in the same order
-  std::vector<Idle> idle_;
+  std::vector<IdleWorker> idle_;
   std::vector<bool> tried_;  // by scan
 };
 

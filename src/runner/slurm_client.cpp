@@ -40,12 +40,15 @@ std::optional<QueueRow> row_of(std::string_view line) {
   }
   columns[4] = trimmed(line);
   QueueRow row;
+  // "12_3"; what of an array never began and was cancelled is "12", what waits may be "12_[4-9%2]".
   const auto bar = columns[0].find('_');
-  if (bar == std::string::npos || !whole<std::uint64_t>(columns[0].substr(0, bar))) return std::nullopt;
-  const auto index = whole<std::size_t>(std::string_view(columns[0]).substr(bar + 1));
+  const std::string job = columns[0].substr(0, bar);
+  const std::string number = bar == std::string::npos ? "" : columns[0].substr(bar + 1);
+  const bool is_rest = number.empty() || number.front() == '[';
+  const auto index = is_rest ? std::size_t{0} : whole<std::size_t>(number);
   const auto status = whole<int>(columns[2]);
-  if (!index || !status || columns[1].empty() || columns[3].empty()) return std::nullopt;
-  return QueueRow{columns[3], columns[0].substr(0, bar), *index, columns[1], *status, columns[4]};
+  if (!whole<std::uint64_t>(job) || !index || !status || columns[1].empty() || columns[3].empty()) return std::nullopt;
+  return QueueRow{columns[3], job, *index, is_rest, columns[1], *status, columns[4]};
 }
 
 }  // namespace

@@ -19,9 +19,10 @@ struct QueueRow {
   std::string name;  // of the job
   std::string job;   // number of the array
   std::size_t index = 0;
-  std::string state;    // a word
-  int wait_status = 0;  // as wait(2) gives it, once it ended
-  std::string reason;   // why it waits, or failed
+  bool is_rest = false;  // all elements of the array that have no row of their own
+  std::string state;     // a word
+  int wait_status = 0;   // as wait(2) gives it, once it ended
+  std::string reason;    // why it waits, or failed
 };
 
 /// The rows of `squeue -O` in our columns; nothing when a line has another form: the answer is not to be trusted then.

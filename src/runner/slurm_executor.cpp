@@ -514,10 +514,13 @@ class SlurmExecutor final : public Executor {
     answered_ = Clock::now();
     for (const std::string& name : names)
       for (Element& element : waves_[waves[name]].elements) element.seen = false;
-    for (const QueueRow& row : *rows) {
-      Wave& wave = waves_[waves[row.name]];
-      if (row.index < wave.elements.size()) see(wave.elements[row.index], row);
-    }
+    for (const QueueRow& row : *rows)
+      if (Wave& wave = waves_[waves[row.name]]; !row.is_rest && row.index < wave.elements.size())
+        see(wave.elements[row.index], row);
+    for (const QueueRow& row : *rows)
+      if (row.is_rest)
+        for (Element& element : waves_[waves[row.name]].elements)
+          if (!element.seen) see(element, row);
   }
 
   void see(Element& element, const QueueRow& row) {

@@ -26,8 +26,8 @@ namespace {
 using Clock = std::chrono::steady_clock;
 using document::Node;
 
-constexpr auto kTick = std::chrono::milliseconds(500);
-constexpr auto kStopPatience = std::chrono::seconds(10);
+constexpr auto kTaskTick = std::chrono::milliseconds(500);
+constexpr auto kTaskPatience = std::chrono::seconds(10);
 constexpr double kBeatsPerLease = 12;
 
 /// The engine's own name of this task, for people who look for it.
@@ -70,24 +70,16 @@ class TaskRun {
       return exit_code_of(found.error());
     }
     const Quarantine quarantine = Quarantine::load(tree_.quarantine_file());
-    const ScanMaker maker({run_options_,
-                           tree_,
-                           work_,
-                           quarantine,
-                           stop_,
-                           host_name(),
-                           file_.memory_cap,
-                           memory_,
-                           0,
-                           file_.time_limit_s,
-                           0,
-                           {},
-                           [this] { return is_wanted(); }});
+    const ScanMaker maker({run_options_, tree_, work_, quarantine, stop_, host_name(), file_.memory_cap, memory_, 0,
+                           file_.time_limit_s, 0, bricks_, [this] { return is_wanted(); }});
     LocalOptions local;
     local.time_limit_s = file_.time_limit_s;
     const auto executor = make_local_executor(
         [&](const Order& order, Progress& progress) {
-          return maker.make(scans_[order.scan], first_entry(order.scan), order.threads, order.memory, progress);
+          const SelectedScan& scan = scans_[order.scan];
+          if (!order.part.empty())
+            return maker.make_part(scan, first_entry(order.scan), order.part, order.threads, order.memory, progress);
+          return maker.make(scan, first_entry(order.scan), order.threads, order.memory, progress);
         },
         local);
     beat_path_ = folder_ + "/" + heartbeat_name(options_.index, host_name(), static_cast<int>(getpid()));
@@ -106,6 +98,7 @@ class TaskRun {
   /// The scans of the task in the archive as it is now, with the keys of the worklist.
   Result<void> find_scans() {
     TRY_ASSIGN(const Job job, job_from(file_.job_text, file_.job_path, file_.sets, work_));
+    bricks_ = job.how.brick;
     const std::string hashes = tree_.hashes_file();
     if (const auto source = store::exists(hashes) ? store::open_file(hashes, hashes)
                                                   : Result<std::shared_ptr<const ByteSource>>(fail(Code::BadInput, "")))
@@ -175,7 +168,7 @@ class TaskRun {
   /// Nothing when it was stopped: then there is no result.
   std::optional<Ended> attempt(std::size_t item, Executor& executor) {
     console_.begin(task_.items[item].scan);
-    if (auto started = executor.start({item, threads_, memory_}); !started) {
+    if (auto started = executor.start({item, threads_, memory_, task_.items[item].part}); !started) {
       console_.complain(started.error());
       died_ = true;
       return std::nullopt;
@@ -184,12 +177,12 @@ class TaskRun {
     std::optional<Clock::time_point> asked;
     while (!executor.running().empty()) {
       show_life(item, executor);
-      for (Ended& one : executor.wait(kTick)) ended = std::move(one);
+      for (Ended& one : executor.wait(kTaskTick)) ended = std::move(one);
       if (stop_.signal == 0) continue;
       if (!asked) {
         asked = Clock::now();
         executor.stop_all();
-      } else if (Clock::now() - *asked > kStopPatience) {
+      } else if (Clock::now() - *asked > kTaskPatience) {
         executor.kill_all();
       }
     }
@@ -225,6 +218,8 @@ class TaskRun {
       return;
     }
     ScanEntry entry = result.ended.attempt->entry;
+    if (const std::string& part = task_.items[item].part; !part.empty() && entry.failure == FailureClass::None)
+      return console_.remark(entry.name + ": part " + part + " is there");
     entry.repeat = first_entry(item).repeat;
     show_scan(entry, file_.out, false, false, false, console_);
     failed_ |= entry.fate == ScanFate::Quarantined || entry.failure == FailureClass::BadInput;
@@ -244,6 +239,7 @@ class TaskRun {
   RunOptions run_options_;
   int threads_ = 1;
   std::uint64_t memory_ = 0;
+  BrickKeys bricks_;
   std::vector<SelectedScan> scans_;
   std::vector<bool> is_there_;
   Clock::time_point next_beat_{};

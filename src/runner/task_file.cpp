@@ -63,6 +63,7 @@ class Reader {
 Node to_document(const Task& task) {
   Node row = Node::map();
   row.set("kind", "scans");
+  row.set("wave", task.wave);
   row.set("threads", task.threads);
   row.set("memory_bytes", task.memory);
   Node items = Node::sequence();
@@ -71,6 +72,7 @@ Node to_document(const Task& task) {
     entry.set("scan", item.scan);
     entry.set("keys", static_cast<std::uint64_t>(item.keys));
     entry.set("bytes", item.bytes);
+    if (!item.part.empty()) entry.set("part", item.part);
     items.push(std::move(entry));
   }
   row.set("items", std::move(items));
@@ -84,6 +86,7 @@ Task task_from(const Node& row, const std::string& place, std::size_t keys, std:
   reader.text("kind", kind);
   if (kind != "scans" && problem.empty())
     problem = place + ".kind: found '" + kind + "', which this version cannot run";
+  reader.count("wave", task.wave);
   reader.count("threads", task.threads);
   if (task.threads < 1 && problem.empty()) problem = place + ".threads: wanted 1 or more";
   reader.count("memory_bytes", task.memory);
@@ -95,6 +98,7 @@ Task task_from(const Node& row, const std::string& place, std::size_t keys, std:
     entry.text("scan", item.scan);
     entry.count("keys", item.keys);
     entry.count("bytes", item.bytes);
+    if (items->items()[i].find("part")) entry.text("part", item.part);
     if (item.keys >= keys && problem.empty()) problem = at + "keys: found no entry of that number";
     if (!is_inside(item.scan) && problem.empty()) problem = at + "scan: found a name that leads out of the output";
     task.items.push_back(std::move(item));

@@ -18,12 +18,14 @@ struct TaskItem {
   std::string scan;
   std::size_t keys = 0;     // place in TaskFile::keys
   std::uint64_t bytes = 0;  // of its inputs
+  std::string part = {};    // of a scan that is cut; empty: the scan itself
 };
 
 /// What one process makes, one item after the other.
 struct Task {
   int threads = 1;
   std::uint64_t memory = 0;  // cap of each item in bytes; 0: none
+  int wave = 0;              // tasks of lesser waves come first
   std::vector<TaskItem> items;
 };
 

@@ -109,7 +109,7 @@ class Work {
                               const Context& context, Progress& progress) = 0;
   /// How the scan is cut, if it is: by its keys and bytes alone. `folder`: where its parts would be kept.
   virtual CutParts parts_of(std::size_t /*scan*/, const document::Node& /*resolved*/, const BrickKeys& /*keys*/,
-                         const std::string& /*folder*/) const {
+                            const std::string& /*folder*/) const {
     return {};
   }
   /// Makes one part; nothing is done when it is there. `keys` and `folder` as for parts_of; the folder exists.

@@ -14,6 +14,8 @@
 #include "runner/bench_job.hpp"
 #include "runner/job.hpp"
 #include "runner/run_report.hpp"
+#include "runner/task_file.hpp"
+#include "runner/task_result.hpp"
 
 namespace scanmill {
 namespace {
@@ -97,10 +99,36 @@ TEST(JobSchema, ValidExamplePassesBothCheckers) {
 }
 
 TEST(RunnerSchemas, AgreeWithTheirExamples) {
-  for (const std::string name : {"journal", "worklist", "quarantine"}) {
+  for (const std::string name : {"journal", "worklist", "tasks", "result", "quarantine"}) {
     EXPECT_EQ(judge(name + ".schema.json", example(name + ".valid.json")), 0) << name;
     EXPECT_EQ(judge(name + ".schema.json", example(name + ".invalid.json")), 1) << name;
   }
+}
+
+TEST(TasksSchema, OurOwnReaderAndWriterAgreeWithIt) {
+  const auto file = runner::task_file_from(example("tasks.valid.json"), "tasks.valid.json");
+  ASSERT_TRUE(file.ok()) << file.error().text();
+  ASSERT_EQ(file->tasks.size(), 2u);
+  EXPECT_EQ(file->tasks[0].items[1].scan, "handset");
+  EXPECT_EQ(judge("tasks.schema.json", runner::to_document(*file)), 0);
+  EXPECT_TRUE(document::same_values(runner::to_document(*file), example("tasks.valid.json")));
+  const auto wrong = runner::task_file_from(example("tasks.invalid.json"), "tasks.invalid.json");
+  ASSERT_FALSE(wrong.ok());
+  EXPECT_NE(wrong.error().text().find("tasks[0].kind: found 'dreams'"), std::string::npos) << wrong.error().text();
+}
+
+TEST(ResultSchema, OurOwnReaderAndWriterAgreeWithIt) {
+  const auto death = runner::task_result_from(example("result.valid.json"));
+  ASSERT_TRUE(death.ok()) << death.error().text();
+  EXPECT_EQ(death->ended.death, "signal 11 (Segmentation fault)");
+  EXPECT_TRUE(document::same_values(runner::to_document(*death), example("result.valid.json")));
+  EXPECT_FALSE(runner::task_result_from(example("result.invalid.json")).ok());
+  runner::TaskResult result = *death;
+  runner::Attempt attempt;
+  attempt.entry.name = "figurine";
+  attempt.entry.counts = document::Node::map();
+  result.ended.attempt = attempt;
+  EXPECT_EQ(judge("result.schema.json", runner::to_document(result)), 0);
 }
 
 TEST(JobSchema, InvalidExampleFailsInBothWithEveryMistake) {

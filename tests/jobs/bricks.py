@@ -120,6 +120,59 @@ def kills_cost_the_parts_in_flight(work):
     same(f"{work}/whole", out)
 
 
+def two_workers_share_the_tasks(work):
+    os.mkdir(f"{work}/archive")
+    make_cloud(f"{work}/archive/part.ply", 300000)
+    write_job(f"{work}/job.yaml", "archive", 0.5, "brick: {edge_bins: 8, pieces: 6, batches: 64}\n")
+    write_job(f"{work}/plain.yaml", "archive", 0.5)
+    run(f"{work}/plain.yaml", f"{work}/whole")
+    out = f"{work}/out"
+    done = subprocess.run([SCANMILL, "worklist", f"{work}/job.yaml", "--out", out], text=True, stdout=subprocess.PIPE,
+                          stderr=subprocess.STDOUT)
+    assert done.returncode == 0, done.stdout
+    path = glob.glob(f"{out}/work/*/tasks.json")[0]
+    with open(path) as file:
+        tasks = json.load(file)["tasks"]
+    assert len(tasks) == 6 + 1 + 64 + 6 + 1, len(tasks)
+
+    def begin(index):
+        return subprocess.Popen([SCANMILL, "task", path, str(index), "--threads", "1", "--quiet"],
+                                stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+
+    # A task whose time has not come says what is missing, and that it can be tried again.
+    early = begin(6)
+    text = early.communicate()[0]
+    assert early.returncode == 75 and "the task 'map" in text, (early.returncode, text)
+    killed = 0
+    for wave in sorted({task["wave"] for task in tasks}):
+        left = [index for index, task in enumerate(tasks) if task["wave"] == wave]
+        running = {}
+        while left or running:
+            while left and len(running) < 2:
+                index = left.pop()
+                running[index] = begin(index)
+                if killed < 5 and index % 3 == 0:  # one of the two is killed, now and then, and redone
+                    time.sleep(0.004 * killed)
+                    running[index].kill()
+                    killed += 1
+            for index, process in list(running.items()):
+                if process.poll() is None:
+                    continue
+                text = process.communicate()[0]
+                del running[index]
+                if process.returncode < 0:
+                    left.append(index)
+                else:
+                    assert process.returncode == 0, f"task {index}: exit {process.returncode}\n{text}"
+            time.sleep(0.002)
+    assert killed == 5
+    text = run(f"{work}/job.yaml", out)
+    assert "1 unchanged" in text, text
+    for file in FILES:
+        with open(f"{work}/whole/scans/part/{file}", "rb") as x, open(f"{out}/scans/part/{file}", "rb") as y:
+            assert x.read() == y.read(), file
+
+
 def tree_memory(pid):
     """Resident bytes of a process and all below it."""
     total, todo = 0, [pid]

@@ -186,7 +186,7 @@ def bench_of_a_job_measures_and_compares(work):
 
 def example_jobs_are_valid(work):
     root = os.environ["SCANMILL_ROOT"]
-    for name in ("nightly", "ci", "throughput"):
+    for name in ("nightly", "ci", "throughput", "cluster"):
         text = open(f"{root}/jobs/{name}.yaml", encoding="utf-8").read()
         make_archive(f"{work}/{name}", ("sphere",))
         os.rename(f"{work}/{name}/sphere", f"{work}/{name}/handset")
