@@ -43,15 +43,20 @@ struct Thinning {
   }
   double distance2(std::size_t a, std::size_t b) const { return norm2(position[a] - position[b]); }
 
-  /// The greedy set among the marked rows, which are `rows` in order: 1 where a row is in it.
-  std::vector<std::uint8_t> greedy(const std::vector<std::uint8_t>& marked, const Rows& rows) const;
+  /// The greedy set among the marked rows, which are `rows` in order: 1 where a row is in it. `close`, where there is
+  /// one: 1 for rows found to lie nearer to a kept one than half c2, as is seen in passing; 0 tells nothing.
+  std::vector<std::uint8_t> greedy(const std::vector<std::uint8_t>& marked, const Rows& rows,
+                                   std::vector<std::uint8_t>* close) const;
   /// Those of the dropped rows that lie beside a void, in order.
-  Rows beside_voids(const std::vector<std::uint8_t>& marked, const std::vector<std::uint8_t>& kept) const;
+  Rows beside_voids(const std::vector<std::uint8_t>& marked, const std::vector<std::uint8_t>& kept,
+                    const std::vector<std::uint8_t>& close) const;
   bool is_beside_void(std::size_t row, const std::vector<std::uint8_t>& marked, const std::vector<std::uint8_t>& kept,
                       BinIndex::Reader& reader, Scratch& near) const;
 };
 
-std::vector<std::uint8_t> Thinning::greedy(const std::vector<std::uint8_t>& marked, const Rows& rows) const {
+std::vector<std::uint8_t> Thinning::greedy(const std::vector<std::uint8_t>& marked, const Rows& rows,
+                                           std::vector<std::uint8_t>* close) const {
+  const double close2 = kLeastStep * kLeastStep * limit2;
   const std::size_t n = rows.size();
   // Better neighbours within reach, as ranges of one array per piece.
   std::vector<Rows> rivals((n + kGrain - 1) / kGrain);
@@ -91,6 +96,8 @@ std::vector<std::uint8_t> Thinning::greedy(const std::vector<std::uint8_t>& mark
           any_kept |= state[rival[k]] == kKept;
         }
         next[i] = any_kept ? kDropped : any_open ? kOpen : kKept;
+        for (std::uint32_t k = 0; close != nullptr && any_kept && k < count[i]; ++k)
+          (*close)[rows[i]] |= state[rival[k]] == kKept && distance2(rows[i], rival[k]) < close2;
       }
     });
     std::size_t left = 0;
@@ -151,13 +158,15 @@ bool Thinning::is_beside_void(std::size_t row, const std::vector<std::uint8_t>& 
   return false;
 }
 
-Rows Thinning::beside_voids(const std::vector<std::uint8_t>& marked, const std::vector<std::uint8_t>& kept) const {
+Rows Thinning::beside_voids(const std::vector<std::uint8_t>& marked, const std::vector<std::uint8_t>& kept,
+                            const std::vector<std::uint8_t>& close) const {
   std::vector<Rows> found((cloud.size() + kGrain - 1) / kGrain);
   for_each_piece(context, cloud.size(), kGrain, [&](std::size_t begin, std::size_t end, std::size_t piece, int) {
     BinIndex::Reader reader(cloud.index);
     Scratch near;
     for (std::size_t row = begin; row < end; ++row)
-      if (marked[row] && !kept[row] && cloud.residual[row] <= kFlat && is_beside_void(row, marked, kept, reader, near))
+      if (marked[row] && !kept[row] && !close[row] && cloud.residual[row] <= kFlat &&
+          is_beside_void(row, marked, kept, reader, near))
         found[piece].push_back(static_cast<std::uint32_t>(row));
   });
   Rows all;
@@ -177,12 +186,13 @@ void thin(ReducedCloud& cloud, const std::vector<double>& order, double distance
     marked[row] = cloud.drop[row] == Drop::Kept;
     if (marked[row]) rows.push_back(static_cast<std::uint32_t>(row));
   }
-  std::vector<std::uint8_t> kept = thinning.greedy(marked, rows);
+  std::vector<std::uint8_t> close(on_projected ? cloud.size() : 0, 0);
+  std::vector<std::uint8_t> kept = thinning.greedy(marked, rows, on_projected ? &close : nullptr);
   if (on_projected) {
-    const Rows beside = thinning.beside_voids(marked, kept);
+    const Rows beside = thinning.beside_voids(marked, kept, close);
     std::vector<std::uint8_t> is_beside(cloud.size(), 0);
     for (const std::uint32_t row : beside) is_beside[row] = 1;
-    const std::vector<std::uint8_t> back = thinning.greedy(is_beside, beside);
+    const std::vector<std::uint8_t> back = thinning.greedy(is_beside, beside, nullptr);
     for (const std::uint32_t row : beside) kept[row] |= back[row];
   }
   for (std::size_t row = 0; row < cloud.size(); ++row)
