@@ -2,6 +2,7 @@
 // The wall around TBB: one erased call per chunk. The race-check build compiles the plain-thread version below instead,
 // because the stock TBB library is not instrumented and drowns the sanitizer in false reports.
 #include "base/context.hpp"
+#include "base/paged_memory.hpp"
 
 #ifdef SCANMILL_PLAIN_THREADS
 #include <exception>
@@ -55,7 +56,10 @@ ChunkLoop::ChunkLoop(int threads) : impl_(new Impl(threads)) {}
 
 void ChunkLoop::run(std::size_t chunks, FunctionRef<void(std::size_t, int)> body) const {
   if (impl_->threads == 1 || chunks <= 1) {
-    for (std::size_t chunk = 0; chunk < chunks; ++chunk) body(chunk, 0);
+    for (std::size_t chunk = 0; chunk < chunks; ++chunk) {
+      body(chunk, 0);
+      paged::relieve();
+    }
     return;
   }
   impl_->arena.execute([&] {
@@ -63,7 +67,10 @@ void ChunkLoop::run(std::size_t chunks, FunctionRef<void(std::size_t, int)> body
         tbb::blocked_range<std::size_t>(0, chunks, 1),
         [&](const tbb::blocked_range<std::size_t>& range) {
           const int worker = tbb::this_task_arena::current_thread_index();
-          for (std::size_t chunk = range.begin(); chunk < range.end(); ++chunk) body(chunk, worker);
+          for (std::size_t chunk = range.begin(); chunk < range.end(); ++chunk) {
+            body(chunk, worker);
+            paged::relieve();
+          }
         },
         tbb::simple_partitioner());
   });

@@ -15,6 +15,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cerrno>
+#include <chrono>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
@@ -34,6 +35,7 @@ constexpr std::uint64_t kPage = 4096;
 constexpr std::uint64_t kLetGoAtOnce = 8ull << 20;
 constexpr std::uint64_t kLargeRun = 8;  // blocks
 constexpr auto kLookEvery = std::chrono::milliseconds(3);
+constexpr auto kPause = std::chrono::milliseconds(50);
 constexpr int kClasses = 24;
 
 template <class T>
@@ -96,6 +98,7 @@ struct Heap {
   std::mutex keeper_mutex;
   std::uint64_t hand = 0;  // where the next round goes on
   int statm = -1;
+  std::atomic<std::int64_t> pause_until{0};
 
   char reason[4600] = {};
 
@@ -142,18 +145,23 @@ std::uint64_t resident_bytes(int statm) {
 /// Lets go of pages until the process holds an eighth less than it may. The mapping stays: what is looked at again
 /// comes back from the kernel's cache or the disk.
 void let_go(Heap& h) {
-  const std::unique_lock<std::mutex> guard(h.keeper_mutex, std::try_to_lock);
-  if (!guard.owns_lock()) return;  // somebody is at it
   const std::uint64_t high = h.resident_limit.load(std::memory_order_relaxed);
   if (high == 0 || resident_bytes(h.statm) <= high) return;
+  const auto now = std::chrono::steady_clock::now().time_since_epoch().count();
+  if (now < h.pause_until.load(std::memory_order_relaxed)) return;
+  const std::lock_guard<std::mutex> guard(h.keeper_mutex);  // who is over the limit waits for the one who clears up
+  if (resident_bytes(h.statm) <= high) return;
   h.evictions.fetch_add(1, std::memory_order_relaxed);
   const std::uint64_t low = high - high / 8, used = h.used_blocks.load() * kBlock;
   for (std::uint64_t gone = 0; gone < used; gone += kLetGoAtOnce) {
     if (h.hand >= used) h.hand = 0;
     madvise(h.base.load() + h.hand, std::min(kLetGoAtOnce, used - h.hand), MADV_DONTNEED);
     h.hand += kLetGoAtOnce;
-    if (resident_bytes(h.statm) <= low) break;
+    if (resident_bytes(h.statm) <= low) return;
   }
+  // What is held is not of the file: to go through it again and again brings nothing.
+  if (resident_bytes(h.statm) > high)
+    h.pause_until.store(now + std::chrono::steady_clock::duration(kPause).count(), std::memory_order_relaxed);
 }
 
 void keep_under_limit(Heap& h) {
@@ -188,6 +196,10 @@ bool make_file(Heap& h) {
     return false;
   }
   madvise(mapped, h.span, MADV_DONTDUMP);
+  // Small pages, one at a time: read-ahead makes pieces of up to 2 MiB, which a single look maps as a whole, so that the
+  // limit is reached by a fraction of what was looked at.
+  madvise(mapped, h.span, MADV_RANDOM);
+  madvise(mapped, h.span, MADV_NOHUGEPAGE);
   madvise(mapped, h.span, MADV_DONTFORK);  // a command that is started must not write into it
   h.statm = open("/proc/self/statm", O_RDONLY | O_CLOEXEC);
   h.base.store(static_cast<char*>(mapped), std::memory_order_release);
@@ -339,6 +351,16 @@ Usage usage() {
   Heap& h = heap();
   return {static_cast<std::uint64_t>(std::max<std::int64_t>(0, h.plain.load())), h.in_file.load(),
           h.most_in_file.load(), h.evictions.load()};
+}
+
+void relieve() {
+  Heap* h = g_heap.load(std::memory_order_relaxed);
+  if (h != nullptr && h->base.load(std::memory_order_relaxed) != nullptr) let_go(*h);
+}
+
+bool holds(const void* piece) {
+  const Heap* h = g_heap.load(std::memory_order_relaxed);
+  return h != nullptr && h->holds(piece);
 }
 
 std::string refusal() {

@@ -35,6 +35,13 @@ struct Usage {
 };
 Usage usage();
 
+/// Called between two chunks of work: waits until pages were let go where this process holds more than it may. Nothing
+/// without a file.
+void relieve();
+
+/// True for memory that lives in the file.
+bool holds(const void* piece);
+
 /// Why the last piece could not be had, for the message of a std::bad_alloc; empty when memory itself was short.
 /// Names the folder and its lack of space, or the limit.
 std::string refusal();

@@ -178,7 +178,6 @@ Result<runner::Outcome> PipelineWork::run(std::size_t scan, const Node& resolved
 
 namespace {
 
-constexpr std::uint64_t kCutFrom = 4ull << 30;       // bytes of input; smaller scans are made in one piece
 constexpr std::uint64_t kPieceBytes = 512ull << 20;  // of input
 constexpr std::uint32_t kMostParts = 4096, kEdge = 256;
 
@@ -205,11 +204,12 @@ Result<pipeline::Cut> PipelineWork::cut_of(std::size_t scan, const Node& resolve
 }
 
 runner::CutParts PipelineWork::parts_of(std::size_t scan, const Node& resolved, const runner::BrickKeys& keys,
-                                     const std::string& folder) const {
+                                        const std::string& folder) const {
   pipeline::ScanSpec room;
   const pipeline::ScanSpec& spec = spec_of(scan, room);
   const std::uint64_t bytes = look_at(scan).bytes;
-  if ((keys.edge_bins == 0 && bytes < kCutFrom) || !spec.broken.empty()) return {};
+  const bool is_large = keys.cut_from > 0 && bytes >= keys.cut_from;
+  if ((keys.edge_bins == 0 && !is_large) || !spec.broken.empty()) return {};
   const auto what = pipeline::what_from(resolved, spec.name);
   if (!what || !pipeline::is_cuttable(*what)) return {};
   runner::CutParts parts;

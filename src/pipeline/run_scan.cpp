@@ -6,6 +6,7 @@
 #include "base/digest.hpp"
 #include "base/text.hpp"
 #include "cloud/over_blocks.hpp"
+#include "cloud/spatial_order.hpp"
 #include "pipeline/clean_scan.hpp"
 #include "pipeline/density.hpp"
 #include "pipeline/finish_scan.hpp"
@@ -21,6 +22,9 @@ namespace scanmill::pipeline {
 namespace {
 
 using provenance::NoteKind;
+
+/// Points from which the blocks of a cloud are read in the order of space.
+constexpr std::uint64_t kOrderedFrom = 20000000;
 
 /// Stages do not know files: an error without a place gets the file that stands for the scan.
 Error name_file(Error error, const ScanSpec& scan) {
@@ -214,7 +218,17 @@ Result<ScanResult> run_scan(const std::string& archive, const ScanSpec& scan, co
   const CleanedScan cleaned = std::move(clean).value();
   if (cleaned.cleaned) clock.lap("clean");
 
-  const WatchedPoints watched(*cleaned.points, "reduce", progress);
+  // Small clouds fit into memory, whatever their order.
+  std::optional<OrderedPoints> ordered;
+  if (!cut && cleaned.points->expected_points() >= kOrderedFrom) {
+    const WatchedPoints looked(*cleaned.points, "order", progress);
+    auto order = spatial_order(looked, context);
+    if (!order.ok()) return name_file(std::move(order).error(), scan);
+    ordered.emplace(*cleaned.points, *std::move(order));
+    clock.lap("order");
+  }
+  const PointSource& source = ordered ? *ordered : *cleaned.points;
+  const WatchedPoints watched(source, "reduce", progress);
   auto reduced = cut && is_cuttable(what)
                      ? reduce_in_parts(*cleaned.points, what, *cut, points->judges_bands(), context, progress)
                      : reduce::reduce_cloud(watched, what.lattice, what.reduce, context);
@@ -240,17 +254,17 @@ Result<ScanResult> run_scan(const std::string& archive, const ScanSpec& scan, co
   TRY_ASSIGN(all.swaps, optimise_surface(surface, what, all.reduction.report.bin_mm, context, progress));
   clock.lap("optimise");
   TRY_ASSIGN(all.quality, verify::quality_of(surface.mesh, context));
-  TRY_ASSIGN(Fit fit, measure_fit(surface, all.reduction.cloud, *cleaned.points, what, context, progress));
+  TRY_ASSIGN(Fit fit, measure_fit(surface, all.reduction.cloud, source, what, context, progress));
   all.fit = std::move(fit.report);
   all.points_in_strays = fit.points_in_strays;
   clock.lap("verify");
   const auto& farthest = all.fit.worst_interior.empty() ? all.fit.worst : all.fit.worst_interior;
   const std::optional<Vec3> worst = farthest.empty() ? std::nullopt : std::optional<Vec3>(farthest[0].place);
   FinishedScan finished;
-  TRY_ASSIGN(finished.sections, measure_sections(surface, all.reduction.cloud, *cleaned.points, what, worst, context));
+  TRY_ASSIGN(finished.sections, measure_sections(surface, all.reduction.cloud, source, what, worst, context));
   if (!finished.sections.sections.empty()) clock.lap("sections");
   if (const Output* output = surfaces_output(what.outputs)) {
-    const auto kept = without_strays(surface, all.reduction.cloud, *cleaned.points);
+    const auto kept = without_strays(surface, all.reduction.cloud, source);
     const double bin_mm = all.reduction.report.bin_mm;
     TRY_ASSIGN(finished.surfaces, fit_scan_surfaces(surface.mesh, *kept, *output, bin_mm, context, progress));
     clock.lap("surfaces");

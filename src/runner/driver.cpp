@@ -91,6 +91,7 @@ class Driver {
                          : is_slurm()      ? cluster_memory(job_.how.cluster)
                                            : usable_memory() / 10 * 8;
     if (options_.disk) job_.how.disk = options_.disk;
+    if (is_slurm()) job_.how.brick.cut_from = kCutFrom;
     if (auto enough = check_cap(); !enough) return refuse(enough.error(), kExitUsage);
     if (report_.memory_cap > 0 && in_this_process())
       if (auto capped = cap_memory(report_.memory_cap); !capped) return refuse(capped.error(), kExitUsage);

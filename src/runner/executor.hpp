@@ -19,6 +19,7 @@ struct Order {
   int threads = 1;
   std::uint64_t memory = 0;  // cap; 0: none
   std::string part = {};     // of a scan that is cut; empty: the scan itself
+  std::uint64_t bytes = 0;   // of a part's input
 };
 
 /// An attempt that is running, as the operator sees it.

@@ -71,18 +71,20 @@ class SlurmExecutor final : public Executor {
 
   Result<void> start(const Order& order) override {
     const SelectedScan& scan = o_.selection.scans[order.scan];
+    const std::size_t unit = unit_of(order);
     Wanted wanted;
     wanted.order = order;
+    wanted.unit = unit;
     wanted.order.memory = memory_class(order.memory, o_.most_memory);
     wanted.name = scan.task.name;
     wanted.keys = keys_digest(*scan.what);
-    wanted.bytes = o_.bytes_of(order.scan);
+    wanted.bytes = order.part.empty() ? o_.bytes_of(order.scan) : order.bytes;
     wanted.granted_s = granted(wanted);
-    if (const auto grown = grants_.find(order.scan); grown != grants_.end())
+    if (const auto grown = grants_.find(unit); grown != grants_.end())
       wanted.granted_s = std::max(wanted.granted_s, grown->second);
     wanted.began = Clock::now();
-    wanted.waits = !adopt(order.scan, wanted);
-    wanted_[order.scan] = std::move(wanted);
+    wanted.waits = !adopt(unit, wanted);
+    wanted_[unit] = std::move(wanted);
     list_changed_ = true;
     return {};
   }
@@ -141,6 +143,14 @@ class SlurmExecutor final : public Executor {
   }
 
  private:
+  /// Scans and parts are told apart by one number, which is called a scan's below.
+  std::size_t unit_of(const Order& order) {
+    const auto [at, is_new] = unit_numbers_.emplace(std::pair(order.scan, order.part), units_.size());
+    if (is_new) units_.push_back(order.scan);
+    return at->second;
+  }
+  const ScanEntry& entry_of(std::size_t unit) const { return o_.entry_of(units_[unit]); }
+
   // ---- what is wanted -------------------------------------------------------------------------------------------
 
   /// Share of a scan in the time limit of its element.
@@ -152,9 +162,11 @@ class SlurmExecutor final : public Executor {
 
   void list_running() {
     running_.clear();
-    for (const auto& [scan, wanted] : wanted_) running_.push_back({wanted.order, 0, wanted.began, "queued", 0, 0});
     std::map<std::size_t, std::size_t> place;
-    for (std::size_t i = 0; i < running_.size(); ++i) place[running_[i].order.scan] = i;
+    for (const auto& [scan, wanted] : wanted_) {
+      place[scan] = running_.size();
+      running_.push_back({wanted.order, 0, wanted.began, "queued", 0, 0});
+    }
     for (const Wave& wave : waves_) {
       if (wave.closed) continue;
       for (const Element& element : wave.elements) {
@@ -184,7 +196,7 @@ class SlurmExecutor final : public Executor {
   /// Without a result, and nobody's fault: not begun, or stopped on request.
   void give_back(std::size_t scan) {
     Ended ended;
-    Attempt attempt{o_.entry_of(scan), {}, false, {}};
+    Attempt attempt{entry_of(scan), {}, false, {}};
     ended.attempt = std::move(attempt);
     finish(scan, std::move(ended));
   }
@@ -204,7 +216,7 @@ class SlurmExecutor final : public Executor {
 
   void fail_scan(std::size_t scan, FailureClass failure, Error error) {
     Ended ended;
-    Attempt attempt{o_.entry_of(scan), {}, false, {}};
+    Attempt attempt{entry_of(scan), {}, false, {}};
     const bool has_result = store::exists(o_.tree.scan(attempt.entry.name) + "/" + kStateFile);
     attempt.entry.fate = has_result ? ScanFate::Stale : ScanFate::Failed;
     if (has_result) attempt.entry.files = result_files(o_.tree, attempt.entry.name);
@@ -291,8 +303,8 @@ class SlurmExecutor final : public Executor {
         wave.threads = task.threads = wanted.order.threads;
         task.memory = memory;
         const auto [at, is_new] = keys.emplace(wanted.keys, file.keys.size());
-        if (is_new) file.keys.push_back(*o_.selection.scans[scan].what);
-        task.items.push_back({wanted.name, at->second, wanted.bytes});
+        if (is_new) file.keys.push_back(*o_.selection.scans[units_[scan]].what);
+        task.items.push_back({wanted.name, at->second, wanted.bytes, wanted.order.part});
         element.scans.push_back(scan);
         element.recorded.push_back(false);
         time += wanted.granted_s;
@@ -387,7 +399,8 @@ class SlurmExecutor final : public Executor {
         wave.memory = std::max(wave.memory, task.memory);
         Element element;
         for (std::size_t i = 0; i < task.items.size(); ++i) {
-          offers_[task.items[i].scan + "\n" + digests[task.items[i].keys]] = {waves_.size(), t, i};
+          offers_[task.items[i].scan + "\n" + digests[task.items[i].keys] + "\n" + task.items[i].part] = {waves_.size(),
+                                                                                                          t, i};
           element.scans.push_back(kNoScan);
           element.recorded.push_back(false);
         }
@@ -403,7 +416,7 @@ class SlurmExecutor final : public Executor {
   }
 
   bool adopt(std::size_t scan, const Wanted& wanted) {
-    const auto offer = offers_.find(wanted.name + "\n" + wanted.keys);
+    const auto offer = offers_.find(wanted.name + "\n" + wanted.keys + "\n" + wanted.order.part);
     if (offer == offers_.end()) return false;
     const auto [w, e, i] = offer->second;
     offers_.erase(offer);
@@ -486,7 +499,7 @@ class SlurmExecutor final : public Executor {
     if (result.ended.attempt) {
       // What the driver knew of earlier attempts goes on.
       ScanEntry& entry = result.ended.attempt->entry;
-      const ScanEntry& before = o_.entry_of(scan);
+      const ScanEntry& before = entry_of(scan);
       entry.repeat = before.repeat;
       entry.attempts += before.attempts;
       entry.seconds += before.seconds;
@@ -630,7 +643,7 @@ class SlurmExecutor final : public Executor {
   /// What became of the scan that was at work.
   void blame(const Wave& wave, std::size_t e, Wanted& wanted, JobPhase phase, bool begun) {
     const Element& element = wave.elements[e];
-    const std::size_t scan = wanted.order.scan;
+    const std::size_t scan = wanted.unit;
     Ended ended;
     ended.stage = element.heartbeat ? element.heartbeat->stage : "";
     const std::string job = "job " + (element.job.empty() ? wave.folder.name : element.job) + "_" + std::to_string(e);
@@ -676,8 +689,8 @@ class SlurmExecutor final : public Executor {
   }
 
   void lose(Wanted& wanted, const std::string& what) {
-    if (++wanted.lost <= o_.keys.resubmits) return again(wanted.order.scan, wanted.lost, what);
-    fail_scan(wanted.order.scan, FailureClass::Transient,
+    if (++wanted.lost <= o_.keys.resubmits) return again(wanted.unit, wanted.lost, what);
+    fail_scan(wanted.unit, FailureClass::Transient,
               fail(Code::IoFailed, "its job was lost " + std::to_string(wanted.lost) +
                                        " times, the last time: " + what + "; look at the nodes, and run again"));
   }
@@ -727,7 +740,9 @@ class SlurmExecutor final : public Executor {
     std::size_t wave, element, item;
   };
   std::vector<Wave> waves_;
-  std::map<std::size_t, Wanted> wanted_;  // by scan
+  std::map<std::pair<std::size_t, std::string>, std::size_t> unit_numbers_;
+  std::vector<std::size_t> units_;        // the scan of each
+  std::map<std::size_t, Wanted> wanted_;  // by unit
   std::map<std::string, Place> offers_;   // of waves that were taken over, by scan and keys
   std::map<std::size_t, double> grants_;  // time that scans were found to need
   std::vector<Running> running_;

@@ -15,7 +15,7 @@ namespace scanmill::runner {
 
 /// An element of a wave's array.
 struct Element {
-  std::vector<std::size_t> scans;  // of the selection, by item; kNoScan: nobody waits for it
+  std::vector<std::size_t> scans;  // units of the executor, by item; kNoScan: nobody waits for it
   std::vector<bool> recorded;      // by item
   std::optional<JobPhase> phase;   // the last that Slurm told; nothing: never seen
   std::string word, reason, job;
@@ -47,9 +47,10 @@ struct Wave {
   Moment next_try{};
 };
 
-/// A scan that the driver waits for.
+/// A scan, or a part of one, that the driver waits for.
 struct Wanted {
   Order order;
+  std::size_t unit = 0;    // its number for the executor
   std::string name, keys;  // digest of its keys
   std::uint64_t bytes = 0;
   double granted_s = 0;  // of an element's time limit

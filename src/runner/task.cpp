@@ -99,6 +99,7 @@ class TaskRun {
   Result<void> find_scans() {
     TRY_ASSIGN(const Job job, job_from(file_.job_text, file_.job_path, file_.sets, work_));
     bricks_ = job.how.brick;
+    bricks_.cut_from = kCutFrom;
     const std::string hashes = tree_.hashes_file();
     if (const auto source = store::exists(hashes) ? store::open_file(hashes, hashes)
                                                   : Result<std::shared_ptr<const ByteSource>>(fail(Code::BadInput, "")))

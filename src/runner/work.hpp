@@ -69,10 +69,15 @@ struct OutputFile {
 
 /// How large scans are cut into tasks; changes no byte of a result.
 struct BrickKeys {
-  std::int64_t edge_bins = 0;  // of a brick; 0: 256, and only scans of many bytes are cut
+  std::int64_t edge_bins = 0;  // of a brick; 0: 256, and only scans of many bytes are cut, where it brings something
   std::int64_t pieces = 0;     // of the input; 0: by its bytes
   std::int64_t batches = 0;    // of bricks; 0: by the bytes
+  std::uint64_t cut_from = 0;  // bytes of input from which a scan is cut without an edge; 0: none is
 };
+
+/// On several machines a scan of so many bytes is made by all of them. On one it is made in one piece: what does not
+/// fit into memory is paged to disk, which takes less of it than parts do.
+inline constexpr std::uint64_t kCutFrom = 4ull << 30;
 
 /// The parts of one scan: names by waves, each of which needs all before it, and where they are kept.
 struct CutParts {

@@ -39,7 +39,7 @@ std::optional<std::pair<WorkItem, Order>> Worklist::next(const Room& room, Momen
     const WorkItem& item = entry->item;
     if (item.not_before > now) continue;
     const int threads = threads_for(item, bytes_, items_.size(), room);
-    Order order{item.scan, threads, 0, item.part};
+    Order order{item.scan, threads, 0, item.part, item.part.empty() ? 0 : item.bytes};
     if (room.memory > 0) {
       const std::uint64_t wanted = std::min(room.memory, std::max(item.memory, memory_guess(item.bytes)));
       const std::uint64_t share =

@@ -80,9 +80,11 @@ TaskFile tasks_of(const WorklistOptions& options, const Job& job, const OutputTr
   };
   // Large scans: a task for each of their parts, then one that puts them together.
   std::vector<Task> of_parts;
+  BrickKeys bricks = job.how.brick;
+  bricks.cut_from = kCutFrom;
   for (const std::size_t i : scans) {
     const SelectedScan& scan = selection.scans[i];
-    const CutParts parts = work.parts_of(scan.number, *scan.what, job.how.brick, tree.parts(scan.task.name));
+    const CutParts parts = work.parts_of(scan.number, *scan.what, bricks, tree.parts(scan.task.name));
     if (parts.waves.empty()) continue;
     std::erase_if(loads, [&](const ScanLoad& load) { return load.scan == i; });
     TaskItem item = item_of(i);
