@@ -231,7 +231,7 @@ TEST(Slow, DISABLED_TextFormatsOfMoreThan2To31Triangles) {
 
 TEST(Slow, DISABLED_ThreeMfOfMoreThan4GiB) {
   CountingSink sink;
-  const std::uint64_t triangles = 110'000'000;
+  const std::uint64_t triangles = 120'000'000;
   const auto counts = stream_3mf(LongMesh(triangles, 1000), sink);
   ASSERT_TRUE(counts.ok()) << counts.error().text();
   EXPECT_EQ(counts->triangles, triangles);
