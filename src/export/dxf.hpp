@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "base/bytes.hpp"
+#include "export/mesh_stream.hpp"
 #include "export/text_buffer.hpp"
 #include "mesh/mesh.hpp"
 
@@ -55,6 +56,8 @@ int dxf_colour(std::uint32_t patch);
 
 /// errors  BadInput without triangles; Internal when patch ids do not fit the mesh; those of the sink
 Result<void> write_dxf(const Mesh& mesh, DxfStyle style, ByteSink& sink);
+/// Style Faces of a mesh in blocks.
+Result<void> stream_dxf_faces(const MeshStream& mesh, ByteSink& sink);
 
 /// Byte for byte comparison of a file, read again, with what the mesh it was written from gives.
 /// errors  Internal naming the first byte that differs; those of the source

@@ -58,14 +58,19 @@ class Polyfaces {
   std::uint32_t patch_ = 0;
 };
 
-std::vector<DxfLayer> layers_of(const Mesh& mesh) {
-  std::vector<std::uint32_t> ids(mesh.patch.begin(), mesh.patch.end());
+std::vector<DxfLayer> layers_of(std::vector<std::uint32_t> ids) {
   if (ids.empty()) ids.assign(1, 0);
-  std::sort(ids.begin(), ids.end());
-  ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
   std::vector<DxfLayer> layers;
   for (const std::uint32_t id : ids) layers.push_back({layer_of(id), dxf_colour(id)});
   return layers;
+}
+
+Result<void> begin(const MeshStream& mesh, DxfWriter& out, const std::string& name) {
+  if (mesh.triangles() == 0) return fail(Code::BadInput, "the mesh has no triangle to write", name);
+  std::vector<std::string> comments{"scanmill mesh, units mm"};
+  if (const Vec3 o = mesh.offset(); !(o == Vec3{}))
+    comments.push_back("offset_mm " + number_text(o.x) + " " + number_text(o.y) + " " + number_text(o.z));
+  return out.begin(mesh.bounds(), layers_of(mesh.patch_ids()), comments);
 }
 
 }  // namespace
@@ -73,26 +78,11 @@ std::vector<DxfLayer> layers_of(const Mesh& mesh) {
 std::span<const std::string_view> dxf_style_words() { return kStyles; }
 
 Result<void> write_dxf(const Mesh& mesh, DxfStyle style, ByteSink& sink) {
-  if (mesh.triangles.empty()) return fail(Code::BadInput, "the mesh has no triangle to write", sink.name());
-  if (!mesh.patch.empty() && mesh.patch.size() != mesh.triangles.size())
-    return fail(Code::Internal,
-                grouped(mesh.triangles.size()) + " triangles have " + grouped(mesh.patch.size()) + " patch ids",
-                sink.name());
-  Bounds bounds;
-  for (const Vec3& p : mesh.positions) bounds.add(p);
-  std::vector<std::string> comments{"scanmill mesh, units mm"};
-  if (!(mesh.offset == Vec3{}))
-    comments.push_back("offset_mm " + number_text(mesh.offset.x) + " " + number_text(mesh.offset.y) + " " +
-                       number_text(mesh.offset.z));
+  TRY(check_patches(mesh, sink.name()));
+  const MeshBlocks blocks(mesh);
+  if (style == DxfStyle::Faces) return stream_dxf_faces(blocks, sink);
   DxfWriter out(sink);
-  TRY(out.begin(bounds, layers_of(mesh), comments));
-  if (style == DxfStyle::Faces) {
-    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-      const Triangle& k = mesh.triangles[t];
-      TRY(out.face(layer_of(patch_at(mesh, t)), mesh.positions[k[0]], mesh.positions[k[1]], mesh.positions[k[2]]));
-    }
-    return out.end();
-  }
+  TRY(begin(blocks, out, sink.name()));
   std::vector<std::size_t> order(mesh.triangles.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::stable_sort(order.begin(), order.end(),
@@ -100,6 +90,19 @@ Result<void> write_dxf(const Mesh& mesh, DxfStyle style, ByteSink& sink) {
   Polyfaces faces(mesh, out);
   for (const std::size_t t : order) TRY(faces.add(patch_at(mesh, t), mesh.triangles[t]));
   TRY(faces.flush());
+  return out.end();
+}
+
+Result<void> stream_dxf_faces(const MeshStream& mesh, ByteSink& sink) {
+  DxfWriter out(sink);
+  TRY(begin(mesh, out, sink.name()));
+  TRY(mesh.each_triangles(Corners::Yes, [&](const TriangleBlock& block) -> Result<void> {
+    for (std::size_t t = 0; t < block.corners.size(); ++t) {
+      const auto& corners = block.corners[t];
+      TRY(out.face(layer_of(block.patch.empty() ? 0 : block.patch[t]), corners[0], corners[1], corners[2]));
+    }
+    return {};
+  }));
   return out.end();
 }
 

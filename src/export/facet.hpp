@@ -12,8 +12,7 @@ struct FloatCorner {
   float x, y, z;
 };
 
-inline FloatCorner corner_of(const Mesh& mesh, std::uint32_t vertex) {
-  const Vec3& p = mesh.positions[vertex];
+inline FloatCorner corner_of(const Vec3& p) {
   return {without_minus_zero(static_cast<float>(p.x)), without_minus_zero(static_cast<float>(p.y)),
           without_minus_zero(static_cast<float>(p.z))};
 }

@@ -16,32 +16,30 @@ std::string comment_line(std::string text) {
   return "comment " + text + "\n";
 }
 
-Result<void> check(const Mesh& mesh, const PlyMeshOptions& options, const std::string& name) {
-  if (mesh.positions.size() > 0x7fffffffull)
+Result<void> check(const MeshStream& mesh, const PlyMeshOptions& options, const std::string& name) {
+  if (mesh.vertices() > 0x7fffffffull)
     return fail(Code::Unsupported,
-                "the mesh has " + grouped(mesh.positions.size()) +
+                "the mesh has " + grouped(mesh.vertices()) +
                     " vertices, but the PLY numbers them in 31 bits; choose a larger bin",
                 name);
-  auto fits = [](std::size_t length, std::size_t wanted) { return length == 0 || length == wanted; };
-  if (!fits(options.error.size(), mesh.positions.size()) || !fits(options.error_rms.size(), mesh.positions.size()) ||
-      !fits(mesh.patch.size(), mesh.triangles.size()))
-    return fail(Code::Internal, "errors or patch ids do not fit the numbers of vertices and triangles", name);
+  auto fits = [&](std::size_t length) { return length == 0 || length == mesh.vertices(); };
+  if (!fits(options.error.size()) || !fits(options.error_rms.size()))
+    return fail(Code::Internal, "errors do not fit the number of vertices", name);
   return {};
 }
 
-std::string header_of(const Mesh& mesh, const PlyMeshOptions& options) {
+std::string header_of(const MeshStream& mesh, bool has_patches, const PlyMeshOptions& options) {
   std::string text = "ply\nformat binary_little_endian 1.0\ncomment scanmill mesh, units mm\n";
-  if (!(mesh.offset == Vec3{}))
-    text += "comment offset_mm " + number_text(mesh.offset.x) + " " + number_text(mesh.offset.y) + " " +
-            number_text(mesh.offset.z) + "\n";
+  if (const Vec3 o = mesh.offset(); !(o == Vec3{}))
+    text += "comment offset_mm " + number_text(o.x) + " " + number_text(o.y) + " " + number_text(o.z) + "\n";
   for (const std::string& comment : options.comments) text += comment_line(comment);
-  text += "element vertex " + std::to_string(mesh.positions.size()) + "\n";
+  text += "element vertex " + std::to_string(mesh.vertices()) + "\n";
   for (const char* axis : {"x", "y", "z"})
     text += std::string("property ") + (options.double_positions ? "double " : "float ") + axis + "\n";
   if (!options.error.empty()) text += "property float error\n";
   if (!options.error_rms.empty()) text += "property float error_rms\n";
-  text += "element face " + std::to_string(mesh.triangles.size()) + "\nproperty list uchar int vertex_indices\n";
-  if (!mesh.patch.empty()) text += "property uint patch\n";
+  text += "element face " + std::to_string(mesh.triangles()) + "\nproperty list uchar int vertex_indices\n";
+  if (has_patches) text += "property uint patch\n";
   return text + "end_header\n";
 }
 
@@ -66,26 +64,38 @@ class Records {
 }  // namespace
 
 Result<void> write_ply_mesh(const Mesh& mesh, const PlyMeshOptions& options, ByteSink& sink) {
+  TRY(check_patches(mesh, sink.name()));
+  return stream_ply_mesh(MeshBlocks(mesh), options, sink);
+}
+
+Result<void> stream_ply_mesh(const MeshStream& mesh, const PlyMeshOptions& options, ByteSink& sink) {
   TRY(check(mesh, options, sink.name()));
-  const std::string header = header_of(mesh, options);
+  const std::string header = header_of(mesh, !mesh.patch_ids().empty(), options);
   TRY(sink.write(std::string_view(header)));
   Records out(sink);
   char*& at = out.at();
-  for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
-    const Vec3& p = mesh.positions[v];
-    for (const double c : {p.x, p.y, p.z})
-      at = options.double_positions ? put(at, without_minus_zero(c))
-                                    : put(at, without_minus_zero(static_cast<float>(c)));
-    if (!options.error.empty()) at = put(at, without_minus_zero(options.error[v]));
-    if (!options.error_rms.empty()) at = put(at, without_minus_zero(options.error_rms[v]));
-    TRY(out.flush_when_full());
-  }
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    at = put(at, std::uint8_t{3});
-    for (const std::uint32_t corner : mesh.triangles[t]) at = put(at, static_cast<std::int32_t>(corner));
-    if (!mesh.patch.empty()) at = put(at, mesh.patch[t]);
-    TRY(out.flush_when_full());
-  }
+  std::size_t v = 0;
+  TRY(mesh.each_vertices([&](std::span<const Vec3> positions) -> Result<void> {
+    for (const Vec3& p : positions) {
+      for (const double c : {p.x, p.y, p.z})
+        at = options.double_positions ? put(at, without_minus_zero(c))
+                                      : put(at, without_minus_zero(static_cast<float>(c)));
+      if (!options.error.empty()) at = put(at, without_minus_zero(options.error[v]));
+      if (!options.error_rms.empty()) at = put(at, without_minus_zero(options.error_rms[v]));
+      ++v;
+      TRY(out.flush_when_full());
+    }
+    return {};
+  }));
+  TRY(mesh.each_triangles(Corners::No, [&](const TriangleBlock& block) -> Result<void> {
+    for (std::size_t t = 0; t < block.rows.size(); ++t) {
+      at = put(at, std::uint8_t{3});
+      for (const std::uint32_t corner : block.rows[t]) at = put(at, static_cast<std::int32_t>(corner));
+      if (!block.patch.empty()) at = put(at, block.patch[t]);
+      TRY(out.flush_when_full());
+    }
+    return {};
+  }));
   return out.flush();
 }
 

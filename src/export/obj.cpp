@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <numeric>
+#include <optional>
 
 #include "base/text.hpp"
 #include "export/comparing_sink.hpp"
@@ -25,36 +26,38 @@ std::vector<std::size_t> order_by_patch(const Mesh& mesh) {
 }  // namespace
 
 Result<void> write_obj(const Mesh& mesh, ByteSink& sink) {
-  const bool has_patches = !mesh.patch.empty();
-  if (has_patches && mesh.patch.size() != mesh.triangles.size())
-    return fail(Code::Internal,
-                grouped(mesh.triangles.size()) + " triangles have " + grouped(mesh.patch.size()) + " patch ids",
-                sink.name());
+  TRY(check_patches(mesh, sink.name()));
+  const std::vector<std::size_t> order = order_by_patch(mesh);
+  return stream_obj(MeshBlocks(mesh, order), sink);
+}
+
+Result<void> stream_obj(const MeshStream& mesh, ByteSink& sink) {
   TextBuffer out(sink);
   out.text("# scanmill mesh, units mm\n");
-  if (!(mesh.offset == Vec3{}))
-    out.text("# offset_mm ")
-        .number(mesh.offset.x)
-        .text(" ")
-        .number(mesh.offset.y)
-        .text(" ")
-        .number(mesh.offset.z)
-        .text("\n");
-  for (const Vec3& p : mesh.positions) {
-    out.text("v ").number(without_minus_zero(p.x)).text(" ").number(without_minus_zero(p.y)).text(" ");
-    out.number(without_minus_zero(p.z)).text("\n");
-    TRY(out.flush_when_full());
-  }
-  const std::vector<std::size_t> order = order_by_patch(mesh);
-  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
-    const std::size_t t = order.empty() ? i : order[i];
-    if (has_patches && (i == 0 || mesh.patch[t] != mesh.patch[order.empty() ? i - 1 : order[i - 1]]))
-      out.text("g patch_").number(mesh.patch[t]).text("\n");
-    out.text("f");
-    for (const std::uint32_t corner : mesh.triangles[t]) out.text(" ").number(std::uint64_t{corner} + 1);
-    out.text("\n");
-    TRY(out.flush_when_full());
-  }
+  if (const Vec3 o = mesh.offset(); !(o == Vec3{}))
+    out.text("# offset_mm ").number(o.x).text(" ").number(o.y).text(" ").number(o.z).text("\n");
+  TRY(mesh.each_vertices([&](std::span<const Vec3> positions) -> Result<void> {
+    for (const Vec3& p : positions) {
+      out.text("v ").number(without_minus_zero(p.x)).text(" ").number(without_minus_zero(p.y)).text(" ");
+      out.number(without_minus_zero(p.z)).text("\n");
+      TRY(out.flush_when_full());
+    }
+    return {};
+  }));
+  std::optional<std::uint32_t> group;
+  TRY(mesh.each_triangles(Corners::No, [&](const TriangleBlock& block) -> Result<void> {
+    for (std::size_t t = 0; t < block.rows.size(); ++t) {
+      if (!block.patch.empty() && group != block.patch[t]) {
+        group = block.patch[t];
+        out.text("g patch_").number(*group).text("\n");
+      }
+      out.text("f");
+      for (const std::uint32_t corner : block.rows[t]) out.text(" ").number(std::uint64_t{corner} + 1);
+      out.text("\n");
+      TRY(out.flush_when_full());
+    }
+    return {};
+  }));
   return out.flush();
 }
 

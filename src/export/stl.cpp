@@ -16,14 +16,13 @@ constexpr std::size_t kRecordsAtOnce = 8192;
 // No "solid" in front: readers take that for ASCII. No time and no version: equal meshes give equal files.
 constexpr std::string_view kTitle = "scanmill binary STL UNITS=mm";
 
-char* put_record(char* at, const Mesh& mesh, const Triangle& triangle) {
-  const FloatCorner a = corner_of(mesh, triangle[0]), b = corner_of(mesh, triangle[1]),
-                    c = corner_of(mesh, triangle[2]);
+char* put_record(char* at, const Vec3& first, const Vec3& second, const Vec3& third) {
+  const FloatCorner a = corner_of(first), b = corner_of(second), c = corner_of(third);
   for (const FloatCorner& value : {normal_of(a, b, c), a, b, c}) at = put(at, value);
   return put(at, std::uint16_t{0});
 }
 
-std::array<char, kPreambleBytes> preamble(std::size_t triangles, const Vec3& offset) {
+std::array<char, kPreambleBytes> preamble(std::uint64_t triangles, const Vec3& offset) {
   std::array<char, kPreambleBytes> bytes{};
   const std::string header = stl_header(offset);
   std::copy(header.begin(), header.end(), bytes.begin());
@@ -85,21 +84,22 @@ std::string stl_header(const Vec3& offset) {
   return header;
 }
 
-Result<void> write_stl(const Mesh& mesh, ByteSink& sink) {
-  if (mesh.triangles.size() > std::numeric_limits<std::uint32_t>::max())
+Result<void> write_stl(const Mesh& mesh, ByteSink& sink) { return stream_stl(MeshBlocks(mesh), sink); }
+
+Result<void> stream_stl(const MeshStream& mesh, ByteSink& sink) {
+  if (mesh.triangles() > std::numeric_limits<std::uint32_t>::max())
     return fail(Code::Unsupported,
-                "the mesh has " + grouped(mesh.triangles.size()) +
-                    " triangles, but an STL counts them in 32 bits; choose a larger bin or another format",
+                "the mesh has " + grouped(mesh.triangles()) +
+                    " triangles, but an STL counts them in 32 bits, up to 4,294,967,295; choose a larger bin, or ply",
                 sink.name());
-  TRY(sink.write(std::span<const char>(preamble(mesh.triangles.size(), mesh.offset))));
-  std::vector<char> buffer(kRecordBytes * std::min(kRecordsAtOnce, mesh.triangles.size()));
-  for (std::size_t first = 0; first < mesh.triangles.size(); first += kRecordsAtOnce) {
-    const std::size_t end = std::min(first + kRecordsAtOnce, mesh.triangles.size());
+  TRY(sink.write(std::span<const char>(preamble(mesh.triangles(), mesh.offset()))));
+  std::vector<char> buffer;
+  return mesh.each_triangles(Corners::Yes, [&](const TriangleBlock& block) -> Result<void> {
+    buffer.resize(kRecordBytes * block.corners.size());
     char* at = buffer.data();
-    for (std::size_t t = first; t < end; ++t) at = put_record(at, mesh, mesh.triangles[t]);
-    TRY(sink.write(std::span<const char>(buffer.data(), at)));
-  }
-  return {};
+    for (const auto& corner : block.corners) at = put_record(at, corner[0], corner[1], corner[2]);
+    return sink.write(std::span<const char>(buffer.data(), at));
+  });
 }
 
 Result<std::vector<std::array<float, 9>>> read_stl(const ByteSource& source) {
@@ -125,7 +125,8 @@ Result<void> compare_stl(const Mesh& mesh, const ByteSource& source) {
     std::array<char, kRecordBytes> wanted;
     for (std::size_t at = 0; at < records.size(); at += kRecordBytes) {
       const std::size_t triangle = first + at / kRecordBytes;
-      put_record(wanted.data(), mesh, mesh.triangles[triangle]);
+      const Triangle& rows = mesh.triangles[triangle];
+      put_record(wanted.data(), mesh.positions[rows[0]], mesh.positions[rows[1]], mesh.positions[rows[2]]);
       const auto [found, expected] =
           std::mismatch(records.begin() + static_cast<std::ptrdiff_t>(at),
                         records.begin() + static_cast<std::ptrdiff_t>(at + kRecordBytes), wanted.begin());

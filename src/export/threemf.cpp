@@ -10,7 +10,6 @@
 #include "export/comparing_sink.hpp"
 #include "export/little_endian.hpp"
 #include "export/patch_colours.hpp"
-#include "export/shells.hpp"
 #include "export/text_buffer.hpp"
 #include "export/zip.hpp"
 
@@ -40,22 +39,15 @@ std::string hex_colour(std::uint32_t patch) {
   return text;
 }
 
-std::vector<std::uint32_t> patch_ids(const Mesh& mesh) {
-  std::vector<std::uint32_t> ids(mesh.patch.begin(), mesh.patch.end());
-  std::sort(ids.begin(), ids.end());
-  ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
-  return ids;
-}
-
-void put_head(const Mesh& mesh, const std::vector<std::uint32_t>& ids, bool closed, std::string& text) {
+void put_head(const MeshStream& mesh, const std::vector<std::uint32_t>& ids, bool closed, std::string& text) {
   text +=
       "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n"
       "<model unit=\"millimeter\" xml:lang=\"en-US\" "
       "xmlns=\"http://schemas.microsoft.com/3dmanufacturing/core/2015/02\" xmlns:scanmill=\"urn:scanmill\">\n"
       " <metadata name=\"Application\">scanmill</metadata>\n";
-  if (!(mesh.offset == Vec3{}))
-    text += " <metadata name=\"scanmill:offset_mm\">" + number_text(mesh.offset.x) + " " + number_text(mesh.offset.y) +
-            " " + number_text(mesh.offset.z) + "</metadata>\n";
+  if (const Vec3 o = mesh.offset(); !(o == Vec3{}))
+    text += " <metadata name=\"scanmill:offset_mm\">" + number_text(o.x) + " " + number_text(o.y) + " " +
+            number_text(o.z) + "</metadata>\n";
   text += " <resources>\n";
   if (!ids.empty()) {
     text += "  <basematerials id=\"1\">\n";
@@ -67,37 +59,43 @@ void put_head(const Mesh& mesh, const std::vector<std::uint32_t>& ids, bool clos
           (ids.empty() ? "" : " pid=\"1\" pindex=\"0\"") + ">\n   <mesh>\n    <vertices>\n";
 }
 
-Result<void> put_vertices(const Mesh& mesh, TextBuffer& out) {
-  for (const Vec3& p : mesh.positions) {
-    out.text("<vertex x=\"").number(without_minus_zero(p.x)).text("\" y=\"").number(without_minus_zero(p.y));
-    out.text("\" z=\"").number(without_minus_zero(p.z)).text("\"/>\n");
-    TRY(out.flush_when_full());
-  }
+Result<void> put_vertices(const MeshStream& mesh, TextBuffer& out) {
+  TRY(mesh.each_vertices([&](std::span<const Vec3> positions) -> Result<void> {
+    for (const Vec3& p : positions) {
+      out.text("<vertex x=\"").number(without_minus_zero(p.x)).text("\" y=\"").number(without_minus_zero(p.y));
+      out.text("\" z=\"").number(without_minus_zero(p.z)).text("\"/>\n");
+      TRY(out.flush_when_full());
+    }
+    return {};
+  }));
   out.text("    </vertices>\n");
   return {};
 }
 
-Result<void> put_triangles(const Mesh& mesh, const std::vector<std::uint32_t>& ids, TextBuffer& out) {
+Result<void> put_triangles(const MeshStream& mesh, const std::vector<std::uint32_t>& ids, TextBuffer& out) {
   out.text("    <triangles>\n");
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    const Triangle& corners = mesh.triangles[t];
-    if (names_twice(corners)) continue;
-    out.text("<triangle v1=\"").number(corners[0]).text("\" v2=\"").number(corners[1]);
-    out.text("\" v3=\"").number(corners[2]);
-    if (!ids.empty()) {
-      const auto place = std::lower_bound(ids.begin(), ids.end(), mesh.patch[t]) - ids.begin();
-      if (place > 0) out.text("\" pid=\"1\" p1=\"").number(place);  // the first is the object's own
+  TRY(mesh.each_triangles(Corners::No, [&](const TriangleBlock& block) -> Result<void> {
+    for (std::size_t t = 0; t < block.rows.size(); ++t) {
+      const Triangle& corners = block.rows[t];
+      if (names_twice(corners)) continue;
+      out.text("<triangle v1=\"").number(corners[0]).text("\" v2=\"").number(corners[1]);
+      out.text("\" v3=\"").number(corners[2]);
+      if (!ids.empty()) {
+        const auto place = std::lower_bound(ids.begin(), ids.end(), block.patch[t]) - ids.begin();
+        if (place > 0) out.text("\" pid=\"1\" p1=\"").number(place);  // the first is the object's own
+      }
+      out.text("\"/>\n");
+      TRY(out.flush_when_full());
     }
-    out.text("\"/>\n");
-    TRY(out.flush_when_full());
-  }
+    return {};
+  }));
   out.text("    </triangles>\n   </mesh>\n  </object>\n </resources>\n");
   out.text(" <build>\n  <item objectid=\"2\"/>\n </build>\n</model>\n");
   return {};
 }
 
-Result<void> write_model(const Mesh& mesh, bool closed, ByteSink& sink) {
-  const std::vector<std::uint32_t> ids = patch_ids(mesh);
+Result<void> write_model(const MeshStream& mesh, bool closed, ByteSink& sink) {
+  const std::vector<std::uint32_t> ids = mesh.patch_ids();
   std::string head;
   put_head(mesh, ids, closed, head);
   TRY(sink.write(std::string_view(head)));
@@ -107,24 +105,22 @@ Result<void> write_model(const Mesh& mesh, bool closed, ByteSink& sink) {
   return out.flush();
 }
 
-bool is_closed(const Mesh& mesh) {
-  const Shells shells = shells_of(mesh);
-  return std::all_of(shells.shells.begin(), shells.shells.end(), [](const Shell& shell) { return shell.closed; });
-}
-
 }  // namespace
 
 Result<ThreeMfCounts> write_3mf(const Mesh& mesh, ByteSink& sink) {
-  if (mesh.triangles.empty()) return fail(Code::BadInput, "the mesh has no triangle to write", sink.name());
-  if (!mesh.patch.empty() && mesh.patch.size() != mesh.triangles.size())
-    return fail(Code::Internal,
-                grouped(mesh.triangles.size()) + " triangles have " + grouped(mesh.patch.size()) + " patch ids",
-                sink.name());
+  TRY(check_patches(mesh, sink.name()));
+  return stream_3mf(MeshBlocks(mesh), sink);
+}
+
+Result<ThreeMfCounts> stream_3mf(const MeshStream& mesh, ByteSink& sink) {
+  if (mesh.triangles() == 0) return fail(Code::BadInput, "the mesh has no triangle to write", sink.name());
   ThreeMfCounts counts;
-  counts.left_out =
-      static_cast<std::uint64_t>(std::count_if(mesh.triangles.begin(), mesh.triangles.end(), names_twice));
-  counts.triangles = mesh.triangles.size() - counts.left_out;
-  counts.closed = is_closed(mesh);
+  TRY(mesh.each_triangles(Corners::No, [&](const TriangleBlock& block) -> Result<void> {
+    counts.left_out += static_cast<std::uint64_t>(std::count_if(block.rows.begin(), block.rows.end(), names_twice));
+    return {};
+  }));
+  counts.triangles = mesh.triangles() - counts.left_out;
+  counts.closed = mesh.is_closed();
   ZipWriter package(sink);
   TRY(package.add("[Content_Types].xml", [](ByteSink& part) { return part.write(kTypes); }));
   TRY(package.add("_rels/.rels", [](ByteSink& part) { return part.write(kRelations); }));

@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "base/bytes.hpp"
+#include "export/mesh_stream.hpp"
 #include "mesh/mesh.hpp"
 
 namespace scanmill::exporting {
@@ -15,10 +16,12 @@ struct ThreeMfCounts {
 };
 
 /// Positions to the last bit, triangles in the order of the mesh; an offset that is not zero stands in the metadata
-/// `scanmill:offset_mm`. The same bytes every time (one zlib).
-/// errors  BadInput without triangles; Unsupported above 4 GiB of text; Internal when patch ids do not fit the mesh;
+/// `scanmill:offset_mm`. The same bytes every time (one zlib). A model of
+/// more than 4 GiB is a ZIP64 part.
+/// errors  BadInput without triangles; Internal when patch ids do not fit the mesh;
 ///         those of the sink
 Result<ThreeMfCounts> write_3mf(const Mesh& mesh, ByteSink& sink);
+Result<ThreeMfCounts> stream_3mf(const MeshStream& mesh, ByteSink& sink);
 
 /// Byte for byte comparison of a file, read again, with what the mesh it was written from gives.
 /// errors  Internal naming the first byte that differs; those of the source

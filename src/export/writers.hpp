@@ -10,6 +10,7 @@
 #include "base/bytes.hpp"
 #include "base/ids.hpp"
 #include "cloud/cloud.hpp"
+#include "export/mesh_stream.hpp"
 #include "mesh/mesh.hpp"
 
 namespace scanmill::exporting {
@@ -18,6 +19,7 @@ namespace scanmill::exporting {
 /// float32 corners, no -0. Positions are written as Mesh holds them (offset not added).
 /// errors  what the sink reports; Unsupported above 2^32-1 triangles
 Result<void> write_stl(const Mesh& mesh, ByteSink& sink);
+Result<void> stream_stl(const MeshStream& mesh, ByteSink& sink);
 
 /// The 80 header bytes that write_stl writes; an offset that is not zero stands in them as `offset_mm x y z`, as far as
 /// there is room.

@@ -10,11 +10,17 @@
 
 namespace scanmill::exporting {
 
+/// Tests lower these; files are the same for any `in_memory`.
+struct ZipLimits {
+  std::uint64_t narrow = 0xfffffffeull;  // greatest size and offset that 32 bits hold; above, the part is ZIP64
+  std::size_t in_memory = 64 << 20;      // a compressed part of more is made twice: for its sizes, then for its bytes
+};
+
 class ZipWriter {
  public:
-  explicit ZipWriter(ByteSink& sink) : sink_(sink) {}
-  /// Adds a part; `fill` writes its bytes. The compressed part is held in memory.
-  /// errors  Unsupported for a part of 4 GiB or more; those of `fill` and the sink
+  explicit ZipWriter(ByteSink& sink, ZipLimits limits = {}) : sink_(sink), limits_(limits) {}
+  /// Adds a part; `fill` writes its bytes, the same ones if it is called again.
+  /// errors  Internal when they are not; those of `fill` and the sink
   Result<void> add(const std::string& name, const std::function<Result<void>(ByteSink&)>& fill);
   /// The directory; nothing may be added afterwards, and the sink is not committed.
   Result<void> finish();
@@ -22,9 +28,12 @@ class ZipWriter {
  private:
   struct Part {
     std::string name;
-    std::uint32_t crc, compressed, size, offset;
+    std::uint32_t crc;
+    std::uint64_t compressed, size, offset;
+    bool wide;  // ZIP64
   };
   ByteSink& sink_;
+  ZipLimits limits_;
   std::vector<Part> parts_;
   std::uint64_t written_ = 0;
 };

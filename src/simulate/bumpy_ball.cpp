@@ -10,7 +10,8 @@ namespace scanmill::simulate {
 namespace {
 
 constexpr double kPi = 3.141592653589793;
-constexpr double kCap = 0.8987940462991670;  // sine of 64 degrees: the rim stays in sight over every bump
+constexpr double kWidestCap = 0.8987940462991670;  // sine of 64 degrees: the rim stays in sight over every bump
+constexpr double kTimesSeen = 7.3;                 // every place, by so many views
 constexpr double kBump = 0.01;
 constexpr std::uint64_t kLeastViews = 26, kMostViews = 4096, kPointsPerView = 400'000;
 constexpr std::uint64_t kPurpose = 0x7363616c65ull;
@@ -36,6 +37,7 @@ BumpyBall::BumpyBall(std::uint64_t points, std::uint64_t seed)
       seed_(mix64(seed ^ mix64(kPurpose))),
       radius_(std::sqrt(static_cast<double>(points) / (4 * kPi * kPointsPerMm2))) {
   const std::uint64_t views = std::clamp(points / kPointsPerView, kLeastViews, kMostViews);
+  cap_ = std::min(kWidestCap, 2 * std::sqrt(kTimesSeen / static_cast<double>(views)));
   axes_.reserve(views);
   // A spiral from pole to pole, a golden angle from view to view.
   constexpr double kCosine = -0.7373688780783197, kSine = 0.6754902942615238;
@@ -74,7 +76,7 @@ std::vector<std::uint64_t> BumpyBall::line_starts(std::uint64_t points) {
 
 void BumpyBall::fill_line(const Axes& axes, double w, std::uint64_t columns, std::uint64_t column, std::uint64_t row,
                           std::span<Point> out) const {
-  const double half = std::sqrt(std::max(0.0, kCap * kCap - w * w));
+  const double half = std::sqrt(std::max(0.0, cap_ * cap_ - w * w));
   const double step = 2 * half / static_cast<double>(columns);
   for (Point& point : out) {
     const double u = (static_cast<double>(column++) + 0.5) * step - half;
@@ -100,7 +102,7 @@ void BumpyBall::fill(std::uint64_t first, std::span<Point> out) const {
     for (; line < lines && !out.empty(); ++line) {
       const std::uint64_t column = first - begin - starts[line], columns = starts[line + 1] - starts[line];
       const std::size_t count = static_cast<std::size_t>(std::min<std::uint64_t>(columns - column, out.size()));
-      const double w = kCap * (static_cast<double>(2 * line + 1) / static_cast<double>(lines) - 1);
+      const double w = cap_ * (static_cast<double>(2 * line + 1) / static_cast<double>(lines) - 1);
       fill_line(axes_[view], w, columns, column, first, out.first(count));
       out = out.subspan(count);
       first += count;

@@ -11,8 +11,9 @@
 namespace scanmill::simulate {
 
 /// Points of the surface r(d) = R (1 + 0.01 (T6(x) + T6(y) + T6(z))), d = (x, y, z) a direction and T6(cos t) = cos 6t,
-/// seen by views spread evenly around it. Each view looks at a cap of 64 degrees along scan lines in raster order, with
-/// a noise of 20 um along its line of sight. The number of points sets the size of the ball, not its density: there are
+/// seen by views spread evenly around it. Each view looks at a cap along scan lines in raster order, 64 degrees to each
+/// side where there are few views, less where there are many: every place is seen by about seven. The noise is 20 um
+/// along the line of sight. The number of points sets the size of the ball, not its density: there are
 /// 40 points on a square millimetre whatever their number, as of a larger part under the same scanner.
 ///
 /// A point follows from (points, seed, row) by + - * / and sqrt alone: the same bytes on every machine, in whatever
@@ -45,7 +46,7 @@ class BumpyBall {
   static std::vector<std::uint64_t> line_starts(std::uint64_t points);
 
   std::uint64_t points_, seed_;
-  double radius_;
+  double radius_, cap_ = 1;  // cap: sine of the angle a view looks at to each side
   std::vector<Axes> axes_;
   std::vector<std::uint64_t> starts_[2];  // of views of points / views and of one more
 };
