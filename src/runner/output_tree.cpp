@@ -65,6 +65,13 @@ void OutputTree::remove_attempts(const std::string& name) const {
   for (const std::string& path : found) (void)store::remove_tree(path);  // what stays goes with the next run
 }
 
+void OutputTree::remove_parts(const std::string& name) const {
+  (void)store::remove_tree(parts(name));
+  std::error_code error;
+  for (fs::path folder = fs::path(parts(name)).parent_path(); folder != fs::path(root_) && fs::remove(folder, error);)
+    folder = folder.parent_path();
+}
+
 std::vector<std::string> OutputTree::finished() const {
   std::vector<std::string> names;
   std::error_code error;

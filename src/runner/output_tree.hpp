@@ -46,6 +46,8 @@ class OutputTree {
   Result<void> commit(const std::string& attempt, const std::string& name) const;
   /// Removes what attempts at a scan left whose process died; none may be at work on it.
   void remove_attempts(const std::string& name) const;
+  /// Removes the parts of a scan, and the folders that held nothing else.
+  void remove_parts(const std::string& name) const;
   /// Names of all scans with a result here, in byte order.
   std::vector<std::string> finished() const;
   /// True when the tree takes no more bytes.

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "runner/scan_maker.hpp"
 
-#include <unistd.h>
-
 #include <algorithm>
 #include <chrono>
 #include <new>
@@ -266,11 +264,7 @@ Result<void> ScanMaker::attempt(const SelectedScan& scan, const Fingerprint& fin
   if (made && frame_.stop.flag.is_set()) made = fail(Code::Cancelled, "stopped before the result was put in place");
   if (made) made = still_ours();
   if (made) made = frame_.tree.commit(folder, scan.task.name);
-  if (made) {
-    (void)store::remove_tree(frame_.tree.parts(scan.task.name));
-    (void)rmdir(frame_.tree.parts().c_str());
-    (void)rmdir((frame_.tree.root() + "/work").c_str());
-  }
+  if (made) frame_.tree.remove_parts(scan.task.name);
   if (!made) {
     log->line("failed: " + made.error().text());
     (void)store::remove_tree(folder);

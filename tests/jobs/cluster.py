@@ -145,6 +145,39 @@ def an_archive_of_50_scans_gives_the_bytes_of_a_local_run(work):
         assert "50 unchanged" in ended(lab.start(), 0), "a second night has nothing to do"
 
 
+def one_scan_as_bricks_gives_the_bytes_of_a_local_run(work, disturb=None):
+    """Four passes over pieces, their joining, 27 batches of bricks, four passes more, and the scan: each an element."""
+    with Lab(work, 1, side=150) as lab:
+        lab.local()
+        lab.write_job("spread: 27", "brick: {edge_bins: 8, pieces: 4, batches: 27}\n")
+        run = lab.start(sleep=0.2 if disturb else 0)
+        if disturb:
+            run = disturb(lab, run) or run
+        text = ended(run, 0)
+        assert "1 done" in text, text
+        lab.same_as_local()
+        assert not os.path.exists(f"{work}/out/work"), "parts stay behind"
+        if not disturb:
+            assert len(lab.queue()) == 4 + 1 + 27 + 4 + 1, lab.queue()
+
+
+def a_driver_that_is_killed_between_bricks_goes_on(work):
+    def kill_driver(lab, run):
+        wait_for(lambda: len(glob.glob(f"{work}/out/work/parts/**/frame-*.part", recursive=True)) >= 3)
+        run.kill()
+        run.wait()
+        return lab.start(sleep=0.2)
+    one_scan_as_bricks_gives_the_bytes_of_a_local_run(work, kill_driver)
+
+
+def a_node_lost_between_bricks_costs_time_only(work):
+    def lose_node(lab, run):
+        wait_for(lambda: len(glob.glob(f"{work}/out/work/parts/**/frame-*.part", recursive=True)) >= 3)
+        busy = [row[2] for row in lab.queue() if row[1] == "RUNNING" and row[2]]
+        lab.call("scontrol", "update", f"nodename={busy[0] if busy else 'n1'}", "state=down", "reason=test")
+    one_scan_as_bricks_gives_the_bytes_of_a_local_run(work, lose_node)
+
+
 def a_driver_inside_a_batch_job_hands_work_in(work):
     with Lab(work, 6, "spread: 3") as lab:
         lab.local()
