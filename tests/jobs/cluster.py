@@ -26,8 +26,8 @@ QUICK = "poll_s: 0.3, lease_s: 4"
 class Lab:
     """An archive, a job and a cluster in a folder; the cluster ends with the block."""
 
-    def __init__(self, work, scans, cluster="", side=40, nodes=4):
-        self.work, self.nodes = work, nodes
+    def __init__(self, work, scans, cluster="", side=40, nodes=4, quick=QUICK):
+        self.work, self.nodes, self.quick = work, nodes, quick
         os.makedirs(f"{work}/archive/deep")
         self.scans = [f"{'deep/' if k % 3 == 0 else ''}part-{k:03d}" for k in range(scans)]
         for k, scan in enumerate(self.scans):
@@ -45,7 +45,7 @@ class Lab:
     def write_job(self, cluster, more=""):
         with open(f"{self.work}/job.yaml", "w") as out:
             out.write(f"scanmill: 1\narchive: archive\n{KEYS}{more}executor: slurm\n"
-                      f"cluster: {{{QUICK}, wrap: [{self.work}/wrap.sh]{', ' if cluster else ''}{cluster}}}\n")
+                      f"cluster: {{{self.quick}, wrap: [{self.work}/wrap.sh]{', ' if cluster else ''}{cluster}}}\n")
 
     def __enter__(self):
         subprocess.run([CLUSTER, "start", f"{self.work}/slurm", str(self.nodes)], check=True)
@@ -295,7 +295,7 @@ def a_time_limit_ends_a_scan_that_hangs(work):
 
 
 def three_hundred_elements_cost_the_driver_little(work):
-    with Lab(work, 300, "scans_per_element: 1, poll_s: 2", side=24) as lab:
+    with Lab(work, 300, "scans_per_element: 1", side=24, quick="poll_s: 2, lease_s: 30") as lab:
         begun = time.monotonic()
         run = lab.start()
         text = run.communicate(timeout=900)[0]
