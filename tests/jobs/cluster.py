@@ -128,7 +128,7 @@ def ended(run, want, seconds=180):
     return text
 
 
-def wait_for(what, seconds=40):
+def wait_for(what, seconds=120):
     end = time.monotonic() + seconds
     while not what():
         assert time.monotonic() < end, "waited in vain"
@@ -136,7 +136,7 @@ def wait_for(what, seconds=40):
 
 
 def an_archive_of_50_scans_gives_the_bytes_of_a_local_run(work):
-    with Lab(work, 50, "spread: 12") as lab:
+    with Lab(work, 50, "spread: 12", side=24) as lab:
         lab.local()
         text = ended(lab.start(), 0)
         lab.same_as_local()
