@@ -72,7 +72,7 @@ class Lab:
         text = self.call("squeue", "-h", "-r", "-t", "all", "-o", "%i|%T|%N", *words)
         return [tuple(line.split("|")) for line in text.splitlines()]
 
-    def hanging(self):
+    def hanging(self, scan):
         """(element, node) of the scan that hangs, once it does."""
         found = []
 
@@ -81,10 +81,12 @@ class Lab:
                 try:
                     with open(path) as file:
                         beat = json.load(file)
+                    with open(f"{os.path.dirname(path)}/tasks.json") as file:
+                        tasks = json.load(file)["tasks"]
                 except (OSError, ValueError):
                     continue
-                if beat["stage"] == "check inputs" or beat["stage"] == "start":
-                    job, index = beat["engine"].split()[1].split("_")
+                job, index = beat["engine"].split()[1].split("_")
+                if tasks[int(index)]["items"][beat["item"]]["scan"] == scan:
                     rows = [row for row in self.queue() if row[0] == f"{job}_{index}" and row[1] == "RUNNING"]
                     found.extend((row[0], row[2]) for row in rows)
             return bool(found) and time.sleep(0.7) is None
@@ -164,7 +166,7 @@ def hang_and(work, disturb, want_note, label="part-004", cluster=""):
     with Lab(work, 8, f"spread: 4{', ' if cluster else ''}{cluster}") as lab:
         lab.local()
         run = lab.start(fault=f"hang:{label}")
-        element, node = lab.hanging()
+        element, node = lab.hanging(label)
         open(f"{work}/once", "w").close()
         disturb(lab, element, node)
         text = ended(run, 0)
