@@ -120,7 +120,8 @@ CommandReply run_command(const std::vector<std::string>& words, std::chrono::mil
   }
   pid_t pid = 0;
   if (const int error = start(words, out, err, pid)) {
-    reply.err = words[0] + " could not be started: " + std::strerror(error);
+    reply.err = words[0] + " could not be started: " + std::strerror(error) +
+                "; wanted Slurm's commands on the PATH, as on a login node";
     return reply;
   }
   reply.started = true;

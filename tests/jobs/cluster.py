@@ -26,8 +26,8 @@ QUICK = "poll_s: 0.3, lease_s: 4"
 class Lab:
     """An archive, a job and a cluster in a folder; the cluster ends with the block."""
 
-    def __init__(self, work, scans, cluster="", side=40, nodes=4):
-        self.work, self.nodes = work, nodes
+    def __init__(self, work, scans, cluster="", side=40, nodes=4, quick=QUICK):
+        self.work, self.nodes, self.quick = work, nodes, quick
         os.makedirs(f"{work}/archive/deep")
         self.scans = [f"{'deep/' if k % 3 == 0 else ''}part-{k:03d}" for k in range(scans)]
         for k, scan in enumerate(self.scans):
@@ -45,7 +45,7 @@ class Lab:
     def write_job(self, cluster, more=""):
         with open(f"{self.work}/job.yaml", "w") as out:
             out.write(f"scanmill: 1\narchive: archive\n{KEYS}{more}executor: slurm\n"
-                      f"cluster: {{{QUICK}, wrap: [{self.work}/wrap.sh]{', ' if cluster else ''}{cluster}}}\n")
+                      f"cluster: {{{self.quick}, wrap: [{self.work}/wrap.sh]{', ' if cluster else ''}{cluster}}}\n")
 
     def __enter__(self):
         subprocess.run([CLUSTER, "start", f"{self.work}/slurm", str(self.nodes)], check=True)
@@ -72,7 +72,7 @@ class Lab:
         text = self.call("squeue", "-h", "-r", "-t", "all", "-o", "%i|%T|%N", *words)
         return [tuple(line.split("|")) for line in text.splitlines()]
 
-    def hanging(self):
+    def hanging(self, scan):
         """(element, node) of the scan that hangs, once it does."""
         found = []
 
@@ -81,10 +81,12 @@ class Lab:
                 try:
                     with open(path) as file:
                         beat = json.load(file)
+                    with open(f"{os.path.dirname(path)}/tasks.json") as file:
+                        tasks = json.load(file)["tasks"]
                 except (OSError, ValueError):
                     continue
-                if beat["stage"] == "check inputs" or beat["stage"] == "start":
-                    job, index = beat["engine"].split()[1].split("_")
+                job, index = beat["engine"].split()[1].split("_")
+                if tasks[int(index)]["items"][beat["item"]]["scan"] == scan:
                     rows = [row for row in self.queue() if row[0] == f"{job}_{index}" and row[1] == "RUNNING"]
                     found.extend((row[0], row[2]) for row in rows)
             return bool(found) and time.sleep(0.7) is None
@@ -128,7 +130,7 @@ def ended(run, want, seconds=180):
     return text
 
 
-def wait_for(what, seconds=40):
+def wait_for(what, seconds=120):
     end = time.monotonic() + seconds
     while not what():
         assert time.monotonic() < end, "waited in vain"
@@ -136,7 +138,7 @@ def wait_for(what, seconds=40):
 
 
 def an_archive_of_50_scans_gives_the_bytes_of_a_local_run(work):
-    with Lab(work, 50, "spread: 12") as lab:
+    with Lab(work, 50, "spread: 12", side=24) as lab:
         lab.local()
         text = ended(lab.start(), 0)
         lab.same_as_local()
@@ -197,7 +199,7 @@ def hang_and(work, disturb, want_note, label="part-004", cluster=""):
     with Lab(work, 8, f"spread: 4{', ' if cluster else ''}{cluster}") as lab:
         lab.local()
         run = lab.start(fault=f"hang:{label}")
-        element, node = lab.hanging()
+        element, node = lab.hanging(label)
         open(f"{work}/once", "w").close()
         disturb(lab, element, node)
         text = ended(run, 0)
@@ -328,7 +330,7 @@ def a_time_limit_ends_a_scan_that_hangs(work):
 
 
 def three_hundred_elements_cost_the_driver_little(work):
-    with Lab(work, 300, "scans_per_element: 1, poll_s: 2", side=24) as lab:
+    with Lab(work, 300, "scans_per_element: 1", side=24, quick="poll_s: 2, lease_s: 30") as lab:
         begun = time.monotonic()
         run = lab.start()
         text = run.communicate(timeout=900)[0]

@@ -375,6 +375,7 @@ def every_json_line_fits_the_schema(work):
     mesh = f"{out}/scans/sphere/plan/mesh.stl"
     plan = f"{work}/a/sphere/plan.yaml"
     commands = [(3, "run", job, "--out", out, "--explain"), (4, "run", job, "--out", out), (0, "check", job), (0, "info", plan),
+                (0, "worklist", job, "--out", f"{work}/w", "--tasks", "1"), (3, "task", f"{work}/w/work/by-hand/tasks.json", "0"),
                 (0, "--version"), (0, "schema", "job"), (0, "info", f"{out}/scans/sphere/plan/record.h5"), (0, "info", mesh), (0, "audit", f"{out}/scans/sphere/plan", "--archive", f"{work}/a"),
                 (4, "audit", f"{out}/scans/sphere/plan", "--archive", work), (0, "verify", mesh, "--cloud", plan), (0, "verify", mesh, "--cloud", plan, "--section", "z=worst", "-o", f"{work}/cuts"),
                 (0, "compare", mesh, mesh),

@@ -30,7 +30,7 @@ class SlurmRuns : public RunnerTest {
     path_before = getenv("PATH");
     setenv("PATH", (std::string(FAKE_SLURM_COMMANDS) + ":" + path_before).c_str(), 1);
     keys.poll_s = 0.02;
-    keys.lease_s = 0.3;
+    keys.lease_s = 0.8;
     keys.scans_per_element = 1;
   }
   void TearDown() override {
@@ -206,7 +206,7 @@ TEST_F(SlurmRuns, TakeAnUnknownWordForAliveAndWarnOnce) {
   start(0);
   ASSERT_TRUE(submitted(1));
   queue(row(waves()[0].name, 0, "LEVITATING"));
-  turn(milliseconds(700));  // longer than the lease
+  turn(milliseconds(1200));  // longer than the lease
   EXPECT_EQ(executor->running().size(), 1u);
   EXPECT_EQ(calls("sbatch"), 1u);
   EXPECT_NE(notes.find("LEVITATING"), std::string::npos);
@@ -235,7 +235,7 @@ TEST_F(SlurmRuns, SubmitAgainWhatVanishedWithoutASign) {
   ASSERT_TRUE(submitted(1));
   const WaveFolder wave = waves()[0];
   queue("");
-  for (int i = 0; i < 8; ++i) {  // life goes on while Slurm has forgotten the job
+  for (int i = 0; i < 12; ++i) {  // life goes on while Slurm has forgotten the job
     life(wave, 0, 0);
     turn(milliseconds(100));
   }
