@@ -10,6 +10,9 @@
 #include <fcntl.h>
 #include <malloc.h>
 #include <sys/mman.h>
+#include <sys/resource.h>
+#include <sys/statvfs.h>
+#include <sys/syscall.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -164,7 +167,23 @@ void let_go(Heap& h) {
     h.pause_until.store(now + std::chrono::steady_clock::duration(kPause).count(), std::memory_order_relaxed);
 }
 
+/// A thread that works for so short asks the scheduler to come in between those that compute for long. Advice only.
+void ask_for_short_turns() {
+#ifdef SYS_sched_setattr
+  struct {
+    std::uint32_t size = 48, policy = 0;
+    std::uint64_t flags = 0;
+    std::int32_t nice = 0;
+    std::uint32_t priority = 0;
+    std::uint64_t runtime = 100'000, deadline = 0, period = 0;  // ns
+  } attributes;
+  attributes.nice = getpriority(PRIO_PROCESS, 0);
+  (void)syscall(SYS_sched_setattr, 0, &attributes, 0);
+#endif
+}
+
 void keep_under_limit(Heap& h) {
+  ask_for_short_turns();
   for (;;) {
     std::this_thread::sleep_for(kLookEvery);
     let_go(h);
@@ -196,8 +215,8 @@ bool make_file(Heap& h) {
     return false;
   }
   madvise(mapped, h.span, MADV_DONTDUMP);
-  // Small pages, one at a time: read-ahead makes pieces of up to 2 MiB, which a single look maps as a whole, so that the
-  // limit is reached by a fraction of what was looked at.
+  // Small pages, one at a time: read-ahead makes pieces of up to 2 MiB, which a single look maps as a whole, so that
+  // the limit is reached by a fraction of what was looked at.
   madvise(mapped, h.span, MADV_RANDOM);
   madvise(mapped, h.span, MADV_NOHUGEPAGE);
   madvise(mapped, h.span, MADV_DONTFORK);  // a command that is started must not write into it
@@ -351,6 +370,20 @@ Usage usage() {
   Heap& h = heap();
   return {static_cast<std::uint64_t>(std::max<std::int64_t>(0, h.plain.load())), h.in_file.load(),
           h.most_in_file.load(), h.evictions.load()};
+}
+
+std::optional<Room> room() {
+  Heap* h = g_heap.load(std::memory_order_relaxed);
+  if (h == nullptr) return std::nullopt;
+  const std::lock_guard<std::mutex> guard(h->mutex);
+  const std::uint64_t plain = static_cast<std::uint64_t>(std::max<std::int64_t>(0, h->plain.load())),
+                      in_file = h->in_file.load(), limit = h->disk_limit.load();
+  struct statvfs file_system {};
+  std::uint64_t disk = statvfs(h->folder, &file_system) == 0
+                           ? static_cast<std::uint64_t>(file_system.f_bavail) * file_system.f_frsize
+                           : 0;
+  if (limit > 0) disk = std::min(disk, limit - std::min(limit, in_file));
+  return Room{h->plain_limit.load() - std::min(h->plain_limit.load(), plain), disk};
 }
 
 void relieve() {

@@ -8,6 +8,7 @@
 #pragma once
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 
 #include "base/result.hpp"
@@ -34,6 +35,12 @@ struct Usage {
   std::uint64_t evictions = 0;  // rounds in which pages were given up to stay under the limit
 };
 Usage usage();
+
+/// What large pieces may still take together; nothing before begin().
+struct Room {
+  std::uint64_t plain = 0, disk = 0;
+};
+std::optional<Room> room();
 
 /// Called between two chunks of work: waits until pages were let go where this process holds more than it may. Nothing
 /// without a file.

@@ -23,7 +23,8 @@ std::uint64_t spread(std::uint64_t v) {
 
 }  // namespace
 
-Result<std::vector<std::uint32_t>> spatial_order(const PointSource& points, const Context& context) {
+Result<std::vector<std::uint32_t>> spatial_order(const PointSource& points, const Context& context,
+                                                 FunctionRef<void(int, const PointBlock&)> look) {
   const std::size_t count = points.block_count();
   std::vector<Bounds> boxes(count);
   {
@@ -35,6 +36,7 @@ Result<std::vector<std::uint32_t>> spatial_order(const PointSource& points, cons
       if (auto read = points.read_block(number, block); !read.ok())
         return first.report(number, std::move(read).error());
       for (const Vec3 p : block.positions) boxes[number].add(p);
+      look(worker, block);
     });
     TRY(first.take(context));
   }

@@ -93,7 +93,7 @@ Result<void> cap_memory(std::uint64_t bytes) {
 void page_beyond(std::uint64_t cap, std::uint64_t disk, const std::string& folder) {
   if (cap == 0) return;
   // What a process holds rises between two looks at it, the more the busier the machine.
-  const std::uint64_t resident = cap - cap / 6, rest = cap > kBaseMemory ? cap - kBaseMemory : 0;
+  const std::uint64_t resident = cap - cap / 5, rest = cap > kBaseMemory ? cap - kBaseMemory : 0;
   paged::begin(folder, {resident, rest / 5 * 2, disk});
 }
 

@@ -6,6 +6,7 @@
 #include <csignal>
 #include <cstdlib>
 #include <cstring>
+#include <memory>
 #include <vector>
 
 #include "runner/machine.hpp"
@@ -29,10 +30,10 @@ void act_on_test_fault(const std::string& scan) {
     }
   }
   if (named("hog")) {
-    std::vector<std::vector<char>> all;
+    std::vector<std::unique_ptr<char[]>> all;  // small pieces: large ones would be paged
     for (;;) {
-      all.emplace_back(std::size_t{16} << 20);
-      std::memset(all.back().data(), 1, all.back().size());
+      all.push_back(std::make_unique<char[]>(512));
+      std::memset(all.back().get(), 1, 512);
     }
   }
 }

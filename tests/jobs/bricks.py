@@ -237,6 +237,21 @@ def disk_beside_memory_is_limited(work):
     assert glob.glob(f"{work}/out/scans/*/mesh.stl")
 
 
+def a_scan_that_will_not_fit_is_refused_with_numbers(work):
+    os.mkdir(f"{work}/archive")
+    make_cloud(f"{work}/archive/part.ply", 20000000)
+    write_job(f"{work}/job.yaml", "archive", 0.1)
+    begin = time.monotonic()
+    text = run(f"{work}/job.yaml", f"{work}/out", "--threads", "2", "--memory", "256M", "--disk", "100M", code=3)
+    assert "bins are occupied, which need" in text and "100 MiB of disk beside it" in text, text
+    with open(f"{work}/out/run.json") as file:
+        scan = json.load(file)["scans"][0]
+    assert scan["failed_stage"] == "order", scan
+    said = int(text.split("about ")[1].split(" bins")[0].replace(",", ""))
+    assert 500000 < said < 1000000, said
+    print(f"{said} bins forecast, refused after {time.monotonic() - begin:.1f} s")
+
+
 if __name__ == "__main__":
     with tempfile.TemporaryDirectory(prefix="scanmill-") as folder:
         globals()[sys.argv[1]](folder)

@@ -147,8 +147,11 @@ TEST_F(Workers, GetMoreMemoryWhenTheyLackIt) {
   work.before_end = [&](const std::string& name) {
     count_try(name);
     if (name != "t-heavy") return;
-    std::vector<char> block(300u << 20);
-    std::memset(block.data(), 1, block.size());
+    std::vector<std::unique_ptr<char[]>> pieces;  // small ones: large ones would be paged
+    while (pieces.size() < (300u << 20) / 512) {
+      pieces.push_back(std::make_unique<char[]>(512));
+      std::memset(pieces.back().get(), 1, 512);
+    }
   };
   EXPECT_EQ(run(), 0) << text;
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
