@@ -81,7 +81,6 @@ struct SizeClass {
 
 struct Heap {
   // Set by begin().
-  std::atomic<bool> on{false};
   std::atomic<std::uint64_t> plain_limit{0}, resident_limit{0}, disk_limit{0};
   std::atomic<std::int64_t> plain{0};
   char folder[4096] = {};
@@ -221,6 +220,7 @@ bool make_file(Heap& h) {
   madvise(mapped, h.span, MADV_NOHUGEPAGE);
   madvise(mapped, h.span, MADV_DONTFORK);  // a command that is started must not write into it
   h.statm = open("/proc/self/statm", O_RDONLY | O_CLOEXEC);
+  mallopt(M_MMAP_THRESHOLD, 1 << 20);  // plain memory is scarce now: what is freed leaves the process
   h.base.store(static_cast<char*>(mapped), std::memory_order_release);
   h.failed = false;
   try {
@@ -362,7 +362,6 @@ void begin(const std::string& folder, const Limits& limits) {
   h.disk_limit.store(limits.disk);
   h.reason[0] = 0;
   h.failed = false;
-  if (!h.on.exchange(true)) mallopt(M_MMAP_THRESHOLD, 1 << 20);  // what is freed leaves the process
   g_heap.store(&h, std::memory_order_release);
 }
 

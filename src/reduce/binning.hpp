@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Passes over the points: winners and moments per bin, and winners against a plane. Internal to `reduce`.
+// Passes over the points: winners and moments per bin, and winners against a plane. Internal to `reduce`, and to
+// reductions in parts (parts.hpp).
 #pragma once
 #include <vector>
 

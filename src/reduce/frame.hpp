@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The local plane of every bin from the moments around it. Internal to `reduce`.
+// The local plane of every bin from the moments around it. Internal to `reduce`, and to reductions in
+// parts (parts.hpp).
 #pragma once
 #include <vector>
 
