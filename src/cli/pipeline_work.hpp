@@ -30,7 +30,7 @@ class PipelineWork final : public runner::Work {
   Result<runner::Outcome> run(std::size_t scan, const document::Node& resolved, const std::string& folder,
                               const Context& context, Progress& progress) override;
   runner::CutParts parts_of(std::size_t scan, const document::Node& resolved, const runner::BrickKeys& keys,
-                         const std::string& folder) const override;
+                            const std::string& folder) const override;
   Result<void> make_part(std::size_t scan, const document::Node& resolved, const runner::BrickKeys& keys,
                          const std::string& folder, const std::string& part, const Context& context,
                          Progress& progress) override;

@@ -55,7 +55,8 @@ std::string fine_bins_note(const reduce::ReducedCloud& cloud) {
   const auto spacing = spacing_of(cloud);
   if (!spacing || cloud.lattice.edge_mm >= kFinestBinSpacings * *spacing) return {};
   return "bins of " + number_text(cloud.lattice.edge_mm) + " mm are too fine: the points lie about " +
-         edge_text(*spacing) + " apart, so many bins are empty and the surface gets holes; set lattice.bin_mm to about " +
+         edge_text(*spacing) +
+         " apart, so many bins are empty and the surface gets holes; set lattice.bin_mm to about " +
          edge_text(kGoodBinSpacings * *spacing);
 }
 
