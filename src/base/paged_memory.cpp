@@ -103,6 +103,7 @@ struct Heap {
   std::atomic<std::int64_t> pause_until{0};
 
   char reason[4600] = {};
+  std::atomic<bool> at_limit{false};
 
   bool holds(const void* piece) const {
     const char* at = static_cast<const char*>(piece);
@@ -239,6 +240,7 @@ std::uint64_t take_run(Heap& h, std::uint64_t count) {
   if (!make_file(h)) return kNone;
   const std::uint64_t disk = h.disk_limit.load(), after = h.in_file.load() + count * kBlock;
   if (disk > 0 && after > disk) {
+    h.at_limit.store(true);
     std::snprintf(h.reason, sizeof h.reason,
                   "%s: memory that does not fit under the cap needs more than the %llu MiB of disk allowed", h.folder,
                   static_cast<unsigned long long>(disk >> 20));
@@ -361,6 +363,7 @@ void begin(const std::string& folder, const Limits& limits) {
   h.resident_limit.store(limits.resident);
   h.disk_limit.store(limits.disk);
   h.reason[0] = 0;
+  h.at_limit.store(false);
   h.failed = false;
   g_heap.store(&h, std::memory_order_release);
 }
@@ -389,6 +392,8 @@ void relieve() {
   Heap* h = g_heap.load(std::memory_order_relaxed);
   if (h != nullptr && h->base.load(std::memory_order_relaxed) != nullptr) let_go(*h);
 }
+
+bool limit_was_reached() { return heap().at_limit.load(); }
 
 bool holds(const void* piece) {
   const Heap* h = g_heap.load(std::memory_order_relaxed);

@@ -52,6 +52,8 @@ bool holds(const void* piece);
 /// Why the last piece could not be had, for the message of a std::bad_alloc; empty when memory itself was short.
 /// Names the folder and its lack of space, or the limit.
 std::string refusal();
+/// True when it was the limit given, not the disk: another try comes to the same.
+bool limit_was_reached();
 
 namespace detail {
 /// nullptr when neither plain memory nor the file has room. `alignment`: a power of two, at most kLeastPaged.

@@ -32,7 +32,10 @@ Result<Outcome> guarded(std::uint64_t memory, std::uint64_t cap, F&& body) {
     return body();
   } catch (const std::bad_alloc&) {
     if (const std::string why = paged::refusal(); !why.empty())
-      return fail(Code::NoSpace, why + "; free space there or raise resources.disk (--disk), and run again");
+      return paged::limit_was_reached()
+                 ? fail(Code::NoSpace,
+                        why + "; raise resources.memory or disk (--memory, --disk), or choose larger bins", "memory")
+                 : fail(Code::NoSpace, why + "; free space there, and run again");
     return fail(Code::NoSpace,
                 (memory < cap ? bytes_text(memory) + ", the worker's share of the memory cap of " + bytes_text(cap) +
                                     ", were used up"
