@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipeline/watched_child.hpp"
 
-#include <fcntl.h>
 #include <signal.h>
-#include <spawn.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
@@ -18,6 +16,8 @@
 #include <memory>
 #include <sstream>
 #include <thread>
+
+#include "base/spawn.hpp"
 
 extern char** environ;
 
@@ -89,18 +89,14 @@ std::string end_of(std::FILE* file, std::uint64_t& before) {
 Result<ChildRun> run_watched(const std::vector<std::string>& words, int interval_ms, const Context& context) {
   const std::unique_ptr<std::FILE, int (*)(std::FILE*)> output(std::tmpfile(), std::fclose);
   if (!output) return fail(Code::IoFailed, "no temporary file can be made", "TMPDIR");
-  posix_spawn_file_actions_t actions;
-  posix_spawn_file_actions_init(&actions);
-  posix_spawn_file_actions_addopen(&actions, 0, "/dev/null", O_RDONLY, 0);
-  posix_spawn_file_actions_adddup2(&actions, fileno(output.get()), 1);
-  posix_spawn_file_actions_adddup2(&actions, fileno(output.get()), 2);
-  std::vector<char*> arguments;
-  for (const std::string& word : words) arguments.push_back(const_cast<char*>(word.c_str()));
-  arguments.push_back(nullptr);
+  Spawn spawn(Spawn::Group::Ours);
+  spawn.send_to(fileno(output.get()), 1);
+  spawn.send_to(fileno(output.get()), 2);
+  std::vector<std::string> variables;
+  for (char** variable = environ; *variable; ++variable) variables.emplace_back(*variable);
   const auto start = Clock::now();
   pid_t pid = 0;
-  const int refused = posix_spawn(&pid, words[0].c_str(), &actions, nullptr, arguments.data(), environ);
-  posix_spawn_file_actions_destroy(&actions);
+  const int refused = spawn.start(words, std::move(variables), pid);
   if (refused != 0) return fail(Code::IoFailed, std::string("cannot be started: ") + std::strerror(refused), words[0]);
 
   ChildRun run;

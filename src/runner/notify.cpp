@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "runner/notify.hpp"
 
-#include <fcntl.h>
 #include <signal.h>
-#include <spawn.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -15,6 +13,7 @@
 #include <optional>
 #include <thread>
 
+#include "base/spawn.hpp"
 #include "base/text.hpp"
 #include "base/utf8.hpp"
 #include "runner/advice.hpp"
@@ -65,43 +64,14 @@ std::vector<std::string> environment_of(const RunReport& report, const OutputTre
   return variables;
 }
 
-class Spawn {
- public:
-  Spawn() {
-    posix_spawn_file_actions_init(&files);
-    posix_spawnattr_init(&attributes);
-  }
-  ~Spawn() {
-    posix_spawn_file_actions_destroy(&files);
-    posix_spawnattr_destroy(&attributes);
-  }
-  Spawn(const Spawn&) = delete;
-  posix_spawn_file_actions_t files;
-  posix_spawnattr_t attributes;
-};
-
-/// A shell in a process group of its own, so that Ctrl-C does not hit it and a time-out hits all of it.
+/// A shell that appends what it prints to `log`.
 std::optional<std::string> start(const std::string& command, const std::string& folder, const std::string& log,
-                                 std::vector<std::string> variables, pid_t& pid) {
+                                 const std::vector<std::string>& variables, pid_t& pid) {
   Spawn spawn;
-  posix_spawn_file_actions_addopen(&spawn.files, 0, "/dev/null", O_RDONLY, 0);
-  posix_spawn_file_actions_addopen(&spawn.files, 1, log.c_str(), O_WRONLY | O_CREAT | O_APPEND, 0644);
-  posix_spawn_file_actions_adddup2(&spawn.files, 1, 2);
-  posix_spawn_file_actions_addchdir_np(&spawn.files, folder.c_str());
-  sigset_t none, defaults;
-  sigemptyset(&none);
-  sigemptyset(&defaults);
-  for (const int signal : {SIGINT, SIGTERM, SIGPIPE, SIGXFSZ}) sigaddset(&defaults, signal);
-  posix_spawnattr_setsigmask(&spawn.attributes, &none);
-  posix_spawnattr_setsigdefault(&spawn.attributes, &defaults);
-  posix_spawnattr_setpgroup(&spawn.attributes, 0);
-  posix_spawnattr_setflags(&spawn.attributes, POSIX_SPAWN_SETPGROUP | POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF);
-  std::string shell = "/bin/sh", option = "-c", text = command;
-  char* words[] = {shell.data(), option.data(), text.data(), nullptr};
-  std::vector<char*> environment;
-  for (std::string& variable : variables) environment.push_back(variable.data());
-  environment.push_back(nullptr);
-  if (const int error = posix_spawn(&pid, shell.c_str(), &spawn.files, &spawn.attributes, words, environment.data()))
+  spawn.append_to(log, 1);
+  spawn.send_to(1, 2);
+  spawn.run_in(folder);
+  if (const int error = spawn.start({"/bin/sh", "-c", command}, variables, pid))
     return std::string(std::strerror(error));
   rlimit limit;  // the run's memory cap is not the command's
   if (prlimit(pid, RLIMIT_DATA, nullptr, &limit) == 0) {

@@ -3,7 +3,6 @@
 
 #include <fcntl.h>
 #include <poll.h>
-#include <spawn.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -14,6 +13,7 @@
 #include <string_view>
 #include <thread>
 
+#include "base/spawn.hpp"
 #include "base/text.hpp"
 
 extern char** environ;
@@ -52,44 +52,6 @@ struct Pipe {
   }
 };
 
-class Spawn {
- public:
-  Spawn() {
-    posix_spawn_file_actions_init(&files);
-    posix_spawnattr_init(&attributes);
-  }
-  ~Spawn() {
-    posix_spawn_file_actions_destroy(&files);
-    posix_spawnattr_destroy(&attributes);
-  }
-  Spawn(const Spawn&) = delete;
-  posix_spawn_file_actions_t files;
-  posix_spawnattr_t attributes;
-};
-
-/// In a process group of its own, so that Ctrl-C does not hit it half-way through a submission.
-int start(const std::vector<std::string>& words, Pipe& out, Pipe& err, pid_t& pid) {
-  Spawn spawn;
-  posix_spawn_file_actions_addopen(&spawn.files, 0, "/dev/null", O_RDONLY, 0);
-  posix_spawn_file_actions_adddup2(&spawn.files, out.ends[1], 1);
-  posix_spawn_file_actions_adddup2(&spawn.files, err.ends[1], 2);
-  sigset_t none, defaults;
-  sigemptyset(&none);
-  sigemptyset(&defaults);
-  for (const int signal : {SIGINT, SIGTERM, SIGPIPE, SIGXFSZ, SIGUSR1}) sigaddset(&defaults, signal);
-  posix_spawnattr_setsigmask(&spawn.attributes, &none);
-  posix_spawnattr_setsigdefault(&spawn.attributes, &defaults);
-  posix_spawnattr_setpgroup(&spawn.attributes, 0);
-  posix_spawnattr_setflags(&spawn.attributes, POSIX_SPAWN_SETPGROUP | POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF);
-  std::vector<std::string> texts = words, variables = environment();
-  std::vector<char*> arguments, surroundings;
-  for (std::string& text : texts) arguments.push_back(text.data());
-  for (std::string& variable : variables) surroundings.push_back(variable.data());
-  arguments.push_back(nullptr);
-  surroundings.push_back(nullptr);
-  return posix_spawnp(&pid, arguments[0], &spawn.files, &spawn.attributes, arguments.data(), surroundings.data());
-}
-
 /// True while there may be more.
 bool receive(int file, std::string& text) {
   char buffer[1 << 16];
@@ -118,8 +80,11 @@ CommandReply run_command(const std::vector<std::string>& words, std::chrono::mil
     reply.err = std::string("no pipe for ") + words[0] + ": " + std::strerror(errno);
     return reply;
   }
+  Spawn spawn;
+  spawn.send_to(out.ends[1], 1);
+  spawn.send_to(err.ends[1], 2);
   pid_t pid = 0;
-  if (const int error = start(words, out, err, pid)) {
+  if (const int error = spawn.start(words, environment(), pid)) {
     reply.err = words[0] + " could not be started: " + std::strerror(error) +
                 "; wanted Slurm's commands on the PATH, as on a login node";
     return reply;
