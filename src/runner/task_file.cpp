@@ -13,7 +13,7 @@ using document::Node;
 
 namespace {
 
-constexpr std::uint64_t kLargest = 256ull << 20;
+constexpr std::uint64_t kLargestTask = 256ull << 20;
 
 /// Reads keys of one map; the first that is not as it should be is remembered.
 class Reader {
@@ -174,7 +174,7 @@ Result<TaskFile> task_file_from(const Node& tree, const std::string& path) {
 
 Result<TaskFile> load_task_file(const std::string& path) {
   TRY_ASSIGN(const auto source, store::open_file(path, path));
-  TRY_ASSIGN(const std::string text, read_all(*source, kLargest));
+  TRY_ASSIGN(const std::string text, read_all(*source, kLargestTask));
   auto tree = document::parse_json(text, path);
   if (!tree) return fail(Code::BadInput, "is no worklist: " + tree.error().message, path);
   return task_file_from(*tree, path);

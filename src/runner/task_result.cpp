@@ -17,7 +17,7 @@ using document::Node;
 
 namespace {
 
-constexpr std::uint64_t kLargest = 64ull << 20;
+constexpr std::uint64_t kLargestResult = 64ull << 20;
 
 std::string text_in(const Node& tree, const char* key) {
   const Node* value = tree.find(key);
@@ -35,7 +35,7 @@ bool flag_in(const Node& tree, const char* key) {
 std::optional<Node> read_tree(const std::string& path) {
   const auto source = store::open_file(path, path);
   if (!source) return std::nullopt;
-  const auto text = read_all(**source, kLargest);
+  const auto text = read_all(**source, kLargestResult);
   if (!text) return std::nullopt;
   auto tree = document::parse_json(*text, path);
   if (!tree || !tree->is_map()) return std::nullopt;
