@@ -37,6 +37,18 @@ BenchStage stage_from(const Keys& keys) {
 
 double BenchStage::per_cpu_s() const { return static_cast<double>(amount) / std::max(cpu_s.median, kClockStep); }
 
+Node to_document(const BenchStage& stage) {
+  Node row = Node::map();
+  row.set("name", stage.name);
+  row.set("unit", stage.unit);
+  row.set("amount", stage.amount);
+  row.set("cpu_s", timing::to_document(stage.cpu_s));
+  row.set("wall_s", timing::to_document(stage.wall_s));
+  row.set("per_cpu_s", stage.per_cpu_s());
+  row.set("peak_bytes", stage.peak_bytes);
+  return row;
+}
+
 Node to_document(const BenchReport& report) {
   Node machine = Node::map();
   machine.set("cores", report.cores);
@@ -50,17 +62,7 @@ Node to_document(const BenchReport& report) {
   input.set("kept", report.input.kept);
   input.set("triangles", report.input.triangles);
   Node stages = Node::sequence();
-  for (const BenchStage& stage : report.stages) {
-    Node row = Node::map();
-    row.set("name", stage.name);
-    row.set("unit", stage.unit);
-    row.set("amount", stage.amount);
-    row.set("cpu_s", timing::to_document(stage.cpu_s));
-    row.set("wall_s", timing::to_document(stage.wall_s));
-    row.set("per_cpu_s", stage.per_cpu_s());
-    row.set("peak_bytes", stage.peak_bytes);
-    stages.push(std::move(row));
-  }
+  for (const BenchStage& stage : report.stages) stages.push(to_document(stage));
   Node root = Node::map();
   root.set("scanmill_bench", 1);
   root.set("version", report.version);

@@ -39,6 +39,7 @@ struct BenchReport {
 };
 
 /// As schemas/bench.schema.json says.
+document::Node to_document(const BenchStage& stage);
 document::Node to_document(const BenchReport& report);
 /// Reads what to_document made; `name` is the file, for messages.
 /// errors  BadParameter naming the key that is missing or wrong

@@ -432,7 +432,7 @@ class FrameReader {
 /// All frames, or those at `rows` (ascending).
 Result<Frames> read_frames(FrameReader& reader, std::uint64_t count, const std::vector<std::uint64_t>* rows) {
   Frames frames;
-  resize(frames, static_cast<std::size_t>(count));
+  frames.resize(static_cast<std::size_t>(count));
   for (std::size_t n = 0; n < count; ++n) {
     TRY_ASSIGN(const FrameRow* row, reader.get(rows ? (*rows)[n] : n));
     set_frame(frames, n, *row);

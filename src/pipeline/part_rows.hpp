@@ -69,15 +69,6 @@ inline FrameRow frame_row(const reduce::Frames& f, std::size_t n) {
   return {{c.x, c.y, c.z},     {v.x, v.y, v.z}, f.residual[n],   f.variation[n],
           f.plane_distance[n], f.valid[n],      f.sign_known[n], {}};
 }
-inline void resize(reduce::Frames& f, std::size_t count) {
-  f.centroid.resize(count);
-  f.normal.resize(count);
-  f.residual.resize(count);
-  f.variation.resize(count);
-  f.plane_distance.resize(count);
-  f.valid.resize(count);
-  f.sign_known.resize(count);
-}
 inline void set_frame(reduce::Frames& f, std::size_t n, const FrameRow& row) {
   f.centroid[n] = {row.centroid[0], row.centroid[1], row.centroid[2]};
   f.normal[n] = {row.normal[0], row.normal[1], row.normal[2]};

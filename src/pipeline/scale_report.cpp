@@ -26,18 +26,6 @@ std::string short_count(double value) {
   return fixed(value, 1);
 }
 
-Node row_of(const BenchStage& stage) {
-  Node row = Node::map();
-  row.set("name", stage.name);
-  row.set("unit", stage.unit);
-  row.set("amount", stage.amount);
-  row.set("cpu_s", timing::to_document(stage.cpu_s));
-  row.set("wall_s", timing::to_document(stage.wall_s));
-  row.set("per_cpu_s", rate(stage.amount, stage.cpu_s.median));
-  row.set("peak_bytes", stage.peak_bytes);
-  return row;
-}
-
 Node row_of(const ScaleRun& run) {
   Node row = Node::map();
   row.set("points", run.points);
@@ -53,7 +41,7 @@ Node row_of(const ScaleRun& run) {
   row.set("peak_bytes", run.peak_bytes);
   row.set("peak_resident_bytes", run.peak_resident);
   Node stages = Node::sequence();
-  for (const BenchStage& stage : run.stages) stages.push(row_of(stage));
+  for (const BenchStage& stage : run.stages) stages.push(to_document(stage));
   row.set("stages", std::move(stages));
   return row;
 }

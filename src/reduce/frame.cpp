@@ -83,6 +83,16 @@ struct Windows {
 
 }  // namespace
 
+void Frames::resize(std::size_t count) {
+  centroid.resize(count);
+  normal.resize(count);
+  residual.resize(count);
+  variation.resize(count);
+  plane_distance.resize(count);
+  valid.resize(count);
+  sign_known.resize(count);
+}
+
 std::vector<BinSums> in_bin_edges(const std::vector<Moments>& moments, const Context& context) {
   constexpr double kSquare = kUnit * kUnit;
   std::vector<BinSums> sums(moments.size());
@@ -120,13 +130,7 @@ Frames frames_of(const ReducedCloud& cloud, const std::vector<BinSums>& moments,
                  const Context& context) {
   const std::size_t n = cloud.size();
   Frames f;
-  f.centroid.resize(n);
-  f.normal.resize(n);
-  f.residual.resize(n);
-  f.variation.resize(n);
-  f.plane_distance.resize(n);
-  f.valid.resize(n);
-  f.sign_known.resize(n);
+  f.resize(n);
   const Windows windows{cloud, moments, radius};
   for_each_range(context, n, kGrain, [&](std::size_t begin, std::size_t end) {
     BinIndex::Reader reader(cloud.index);

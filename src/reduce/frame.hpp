@@ -15,6 +15,8 @@ struct Frames {
   std::vector<float> residual, variation, plane_distance;
   std::vector<std::uint8_t> valid, sign_known;
   double median_residual = 0;  // of the valid frames, bin edges
+
+  void resize(std::size_t count);
 };
 
 /// Of the valid frames; 0 when there is none.

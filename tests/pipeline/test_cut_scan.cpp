@@ -107,14 +107,17 @@ INSTANTIATE_TEST_SUITE_P(Cuts, CutReductions,
                                          Case{64, 24, 64, false, false}, Case{256, 1, 1, false, false},
                                          Case{32, 40, 3, true, false}, Case{1024, 2, 5, true, false}));
 
-TEST(CutReduction, MakesAPartOfAnotherIdentityOrACutOneAgain) {
-  const ChunkLoop loop(1);
+struct SmallCut : testing::Test {
+  SmallCut() { lattice.bin_mm = kEdge; }
+  const ChunkLoop loop{1};
   const CancelFlag cancel;
   const Context context{loop, cancel};
   const support::TempFolder folder;
-  const Shells points(4, 2000);
+  const Shells points{4, 2000};
   reduce::LatticeParams lattice;
-  lattice.bin_mm = kEdge;
+};
+
+TEST_F(SmallCut, MakesAPartOfAnotherIdentityOrACutOneAgain) {
   Cut first{folder.path(), std::string(64, 'a'), 2, 2, 32}, second = first;
   second.identity = std::string(64, 'b');
   const PartTask task{PartStage::Map, 0};
@@ -133,14 +136,7 @@ TEST(CutReduction, MakesAPartOfAnotherIdentityOrACutOneAgain) {
   EXPECT_EQ(bytes, std::string((std::istreambuf_iterator<char>(again)), {}));
 }
 
-TEST(CutReduction, NamesThePartThatIsMissing) {
-  const ChunkLoop loop(1);
-  const CancelFlag cancel;
-  const Context context{loop, cancel};
-  const support::TempFolder folder;
-  const Shells points(4, 2000);
-  reduce::LatticeParams lattice;
-  lattice.bin_mm = kEdge;
+TEST_F(SmallCut, NamesThePartThatIsMissing) {
   const Cut cut{folder.path(), std::string(64, 'a'), 2, 2, 32};
   const auto made = CutReduction(points, lattice, {}, cut).make({PartStage::Gather, 0}, context);
   ASSERT_FALSE(made.ok());
