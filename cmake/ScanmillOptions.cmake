@@ -79,14 +79,17 @@ function(scanmill_module name)
   target_compile_options(scanmill_${name} PRIVATE ${quieter})
 endfunction()
 
-# scanmill_test(NAME [LABELS ...] [LIBS ...]): one GoogleTest program per folder of tests/.
+# scanmill_test(NAME [LABELS ...] [TIMEOUT s] [LIBS ...]): one GoogleTest program per folder of tests/.
 function(scanmill_test name)
-  cmake_parse_arguments(T "" "" "LIBS;LABELS" ${ARGN})
+  cmake_parse_arguments(T "" "TIMEOUT" "LIBS;LABELS" ${ARGN})
+  if(NOT T_TIMEOUT)
+    set(T_TIMEOUT 1500)
+  endif()
   file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/*.cpp)
   add_executable(test_${name} ${sources})
   target_include_directories(test_${name} PRIVATE ${PROJECT_SOURCE_DIR}/tests)
   target_link_libraries(test_${name} PRIVATE scanmill_options ${T_LIBS} GTest::gtest_main)
   gtest_discover_tests(test_${name} TEST_PREFIX "${name}." DISCOVERY_TIMEOUT 60
-    PROPERTIES LABELS "${T_LABELS}" ENVIRONMENT
+    PROPERTIES LABELS "${T_LABELS}" TIMEOUT ${T_TIMEOUT} ENVIRONMENT
     "SCANMILL_DATA=$ENV{SCANMILL_DATA};TSAN_OPTIONS=suppressions=${PROJECT_SOURCE_DIR}/tests/race.supp")
 endfunction()
