@@ -269,13 +269,15 @@ void BinIndex::Reader::rows_of(std::span<const LocalBin> bins, std::span<std::in
 
 namespace {
 
-/// Entries appended to `out`, which has room for a whole window meanwhile.
+constexpr std::size_t kMostNear = 125;  // bins of a window of radius 2
+
+/// Entries appended to `out`; those of small windows by way of a place of their own, as `near` also writes where it
+/// does not count.
 template <class Entry, class Near, class Far>
 void append_window(int radius, std::vector<Entry>& out, Near near, Far far) {
   if (radius > 2) return far();
-  const std::size_t before = out.size();
-  out.resize(before + (radius == 2 ? 125 : 27));
-  out.resize(before + near(out.data() + before));
+  Entry found[kMostNear];
+  out.insert(out.end(), found, found + near(found));
 }
 
 }  // namespace

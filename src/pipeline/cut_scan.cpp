@@ -215,7 +215,7 @@ Result<void> CutReduction::map(std::uint32_t piece, const Context& context) cons
   for (std::size_t first = 0; first < totals.bins.size(); first += rows.size()) {
     rows.resize(std::min(kRowsAtOnce, totals.bins.size() - first));
     for (std::size_t n = 0; n < rows.size(); ++n)
-      rows[n] = total_row(totals.bins[first + n], totals.winners[first + n], totals.moments[first + n]);
+      rows[n] = total_row(totals.bins[first + n], totals.cells[first + n], totals.cells.direction(first + n));
     TRY(writer.add_rows(std::span<const TotalRow>(rows)));
   }
   const CountsText text = counts_text(counts);
@@ -254,7 +254,7 @@ Result<void> CutReduction::gather(const Context& context) const {
   const std::string name = name_of({PartStage::Gather, 0});
   TRY_ASSIGN(PartWriter writer, PartWriter::create(path_of(cut_, name), kind_of(cut_, name, sizeof(TotalRow))));
   std::vector<LocalBin> bins;
-  std::vector<reduce::Moments> moments;
+  reduce::BinCells sums;
   std::vector<Cell> cells;
   const std::uint32_t cell_bins = std::min(cut_.brick_bins, 32u);
   while (!next.empty()) {
@@ -277,11 +277,11 @@ Result<void> CutReduction::gather(const Context& context) const {
     if (cells.empty() || cells.back().low != low) cells.push_back({low, 0, at, 0});
     ++cells.back().rows;
     bins.push_back(row.local());
-    moments.push_back(moments_of(row));
+    push_row(sums, row);
     TRY(writer.add_rows(std::span<const TotalRow>(&row, 1)));
   }
   share_out(cells, bins.size(), cut_);
-  const reduce::Levels levels = reduce::levels_of_parts(frame, std::move(bins), moments, context);
+  const reduce::Levels levels = reduce::levels_of_parts(frame, std::move(bins), sums, context);
   if (context.cancel.is_set()) return fail(Code::Cancelled, "stopped on request");
   for (PartWriter& link : links) TRY(link.commit());
   TotalsText text;
@@ -375,12 +375,12 @@ Result<void> CutReduction::frame(std::uint32_t batch, const Context& context) co
     TRY_ASSIGN(const BrickTotals brick, reader.read(cell, end));
     const LocalBin low = low_of(totals.cells[cell].low, cut_.brick_bins);
     std::vector<LocalBin> bins(brick.rows.size());
-    std::vector<reduce::Moments> moments(brick.rows.size());
+    reduce::BinCells sums;
     for (std::size_t n = 0; n < bins.size(); ++n) {
       bins[n] = brick.rows[n].local();
-      moments[n] = moments_of(brick.rows[n]);
+      push_row(sums, brick.rows[n]);
     }
-    const Frames frames = reduce::frames_of_parts(frame, bins, moments, totals.text.frame_radius, context);
+    const Frames frames = reduce::frames_of_parts(frame, bins, sums, totals.text.frame_radius, context);
     if (context.cancel.is_set()) return fail(Code::Cancelled, "stopped on request");
     std::vector<FrameRow> rows;
     for (std::size_t n = 0; n < bins.size(); ++n)
@@ -502,13 +502,14 @@ Result<reduce::Reduction> CutReduction::join(const Context& context) const {
   const std::uint64_t count = totals.file.rows();
   BinTotals all;
   all.bins.reserve(count);
-  all.winners.reserve(count);
-  all.moments.resize(count);
+  all.cells.at.reserve(count);
   for (RowStream<TotalRow> rows(totals.file); !rows.at_end(); rows.step()) {
     TRY_ASSIGN(const TotalRow* row, rows.get());
-    all.moments[all.bins.size()].count = row->moments[0];
+    reduce::Cell cell;
+    cell.sums.count = static_cast<double>(row->moments[0]);
+    if (params_.representative == reduce::Representative::Centre) cell.keep_better(winner_of(*row));
     all.bins.push_back(row->local());
-    all.winners.push_back(params_.representative == reduce::Representative::Surface ? Winner() : winner_of(*row));
+    all.cells.push_back(cell, {});
   }
   if (params_.representative == reduce::Representative::Surface)
     for (std::uint32_t piece = 0; piece < cut_.pieces; ++piece) {
@@ -519,8 +520,7 @@ Result<reduce::Reduction> CutReduction::join(const Context& context) const {
       for (; !rows.at_end() && !at.at_end(); rows.step(), at.step()) {
         TRY_ASSIGN(const PickRow* row, rows.get());
         TRY_ASSIGN(const std::uint64_t* place, at.get());
-        const Winner candidate = winner_of(*row);
-        if (reduce::better(candidate, all.winners[*place])) all.winners[*place] = candidate;
+        all.cells[*place].keep_better(winner_of(*row));
       }
     }
   TRY_ASSIGN(Frames frames, read_frames(reader, count, nullptr));

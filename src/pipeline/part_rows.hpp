@@ -32,22 +32,36 @@ struct CountsText {
   double low[3] = {}, high[3] = {};
 };
 
-inline TotalRow total_row(const LocalBin& bin, const reduce::Winner& w, const reduce::Moments& m) {
+inline TotalRow total_row(const LocalBin& bin, const reduce::Cell& cell, const reduce::Direction& direction) {
+  const reduce::WholeSums& m = cell.sums;
+  auto whole = [](double sum) { return static_cast<std::int64_t>(sum); };
   return {{bin[0], bin[1], bin[2]},
-          index_of(w.source.view),
-          w.score,
-          {w.position.x, w.position.y, w.position.z},
-          w.source.row,
-          {m.count, m.sum[0], m.sum[1], m.sum[2], m.product[0], m.product[1], m.product[2], m.product[3], m.product[4],
-           m.product[5], m.view_direction[0], m.view_direction[1], m.view_direction[2]}};
+          index_of(cell.view),
+          cell.score,
+          {cell.position.x, cell.position.y, cell.position.z},
+          cell.row,
+          {whole(m.count), whole(m.x), whole(m.y), whole(m.z), whole(m.xx), whole(m.xy), whole(m.xz), whole(m.yy),
+           whole(m.yz), whole(m.zz), direction[0], direction[1], direction[2]}};
 }
 template <class Row>
 reduce::Winner winner_of(const Row& row) {
   return {row.score, {row.place[0], row.place[1], row.place[2]}, {ViewId{row.view}, row.row}};
 }
-inline reduce::Moments moments_of(const TotalRow& row) {
-  const std::int64_t* m = row.moments;
-  return {m[0], {m[1], m[2], m[3]}, {m[4], m[5], m[6], m[7], m[8], m[9]}, {m[10], m[11], m[12]}};
+inline void push_row(reduce::BinCells& cells, const TotalRow& row) {
+  auto sum = [&](std::size_t k) { return static_cast<double>(row.moments[k]); };
+  reduce::Cell cell;
+  cell.keep_better(winner_of(row));
+  cell.sums = {.xx = sum(4),
+               .yy = sum(7),
+               .zz = sum(9),
+               .count = sum(0),
+               .xy = sum(5),
+               .yz = sum(8),
+               .xz = sum(6),
+               .z = sum(3),
+               .x = sum(1),
+               .y = sum(2)};
+  cells.push_back(cell, {row.moments[10], row.moments[11], row.moments[12]});
 }
 /// The sums of both, and the better winner.
 inline void add_row(TotalRow& into, const TotalRow& other) {

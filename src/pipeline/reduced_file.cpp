@@ -41,12 +41,8 @@ std::string header_of(const ReducedCloud& cloud, std::uint64_t kept) {
 }
 
 void append(std::string& bytes, std::initializer_list<double> values) {
-  char text[8 * std::size(kBinColumns)], *end = text;
-  for (const double value : values) {
-    auto bits = std::bit_cast<std::uint64_t>(value);
-    for (int k = 0; k < 8; ++k, bits >>= 8) *end++ = static_cast<char>(bits & 0xff);
-  }
-  bytes.append(text, end);
+  static_assert(std::endian::native == std::endian::little, "the file is little-endian");
+  bytes.append(reinterpret_cast<const char*>(values.begin()), values.size() * sizeof(double));
 }
 
 /// The words behind "NAME " in the comments.

@@ -3,7 +3,9 @@
 
 #include <algorithm>
 #include <array>
+#include <optional>
 #include <span>
+#include <utility>
 
 #include "base/large_pages.hpp"
 #include "cloud/over_blocks.hpp"
@@ -72,22 +74,10 @@ void over_lengths(const Placed& placed, Body body) {
   of_length.template operator()<0>();
 }
 
-/// Two cache lines per bin: its nearest point and its sums.
-struct alignas(64) Cell {
-  double score = 1e300;
-  Vec3 position;
-  std::uint64_t row = 0;
-  ViewId view{};
-  WholeSums sums;
-  Winner winner() const { return {score, position, {view, row}}; }
-};
-
-using Direction = std::array<std::int64_t, 3>;
-
 struct alignas(64) PassOne {
   BinTree tree;
-  std::vector<Cell> cells;
-  std::vector<Direction> directions;  // towards the sensor, 2^-20; empty while no view tells
+  Blocks<Cell> cells;
+  Blocks<Direction> directions;  // empty while no view tells
   Placed placed;
   ReadCounts counts;
 };
@@ -109,24 +99,16 @@ void add_directions(Direction& sum, const ViewPoint& view, std::span<const Vec3>
   }
 }
 
-void keep_better(Cell& cell, const Winner& candidate) {
-  if (!better(candidate, cell.winner())) return;
-  cell.score = candidate.score;
-  cell.position = candidate.position;
-  cell.row = candidate.source.row;
-  cell.view = candidate.source.view;
-}
-
 void bin_block(const LocalFrame& frame, const PointBlock& block, PassOne& pass) {
   constexpr std::size_t kAhead = 8;  // runs; a bin's cell is rarely in the first cache when a line comes back to it
   Placed& placed = pass.placed;
   const bool seen = block.view_point.eye.has_value() || block.view_point.direction.has_value();
   over_tiles(frame, block, placed, [&](std::size_t first) {
     pass.tree.slots_of(run_bins(placed), run_slots(placed));
-    grow_large(pass.cells, static_cast<std::size_t>(pass.tree.size()));
-    Cell* cells = pass.cells.data();
+    pass.cells.grow(static_cast<std::size_t>(pass.tree.size()));
+    auto cell_of = [&](std::size_t run) -> Cell& { return pass.cells[static_cast<std::size_t>(placed.slots[run])]; };
     auto fetch = [&](std::size_t run) {
-      const char* cell = reinterpret_cast<const char*>(cells + placed.slots[run]);
+      const char* cell = reinterpret_cast<const char*>(&cell_of(run));
       __builtin_prefetch(cell, 1);
       __builtin_prefetch(cell + 64, 1);
     };
@@ -135,17 +117,17 @@ void bin_block(const LocalFrame& frame, const PointBlock& block, PassOne& pass) 
       if (n + kAhead < placed.runs) fetch(placed.by_length[n + kAhead]);
       const std::size_t run = placed.by_length[n], begin = placed.first[run];
       const std::size_t count = kLength > 0 ? kLength : placed.first[run + 1] - begin;
-      Cell& cell = cells[placed.slots[run]];
+      Cell& cell = cell_of(run);
       cell.sums.add(placed, begin, count);
       double least = placed.score[begin];
       for (std::size_t i = 1; i < count; ++i) least = std::min(least, placed.score[begin + i]);
       if (least > cell.score) return;
       for (std::size_t i = begin; i < begin + count; ++i)
         if (placed.score[i] <= cell.score)
-          keep_better(cell, {placed.score[i], block.positions[first + i], {block.view, block.rows[first + i]}});
+          cell.keep_better({placed.score[i], block.positions[first + i], {block.view, block.rows[first + i]}});
     });
     if (!seen) return;
-    pass.directions.resize(pass.cells.size());
+    pass.directions.grow(pass.cells.size());
     for (std::size_t run = 0; run < placed.runs; ++run)
       add_directions(
           pass.directions[static_cast<std::size_t>(placed.slots[run])], block.view_point,
@@ -153,33 +135,61 @@ void bin_block(const LocalFrame& frame, const PointBlock& block, PassOne& pass) 
   });
 }
 
-/// Adds the bins of `part` to `all`.
-void merge_pass(PassOne& all, const PassOne& part, const BinKey& base) {
-  merge(all.counts, part.counts);
-  const auto entries = part.tree.sorted(base);
-  std::vector<LocalBin> bins(entries.size());
-  std::vector<std::int32_t> slots(entries.size());
-  for (std::size_t i = 0; i < entries.size(); ++i) bins[i] = entries[i].bin;
-  all.tree.slots_of(bins, slots);
-  grow_large(all.cells, static_cast<std::size_t>(all.tree.size()));
-  for (std::size_t i = 0; i < entries.size(); ++i) {
-    const auto from = static_cast<std::size_t>(entries[i].slot), to = static_cast<std::size_t>(slots[i]);
-    if (part.cells.empty()) continue;  // only the bins were wanted
-    keep_better(all.cells[to], part.cells[from].winner());
-    all.cells[to].sums.add(part.cells[from].sums);
-    if (from >= part.directions.size()) continue;
-    all.directions.resize(all.cells.size());
-    for (std::size_t k = 0; k < 3; ++k) all.directions[to][k] += part.directions[from][k];
+/// The bins of all workers in ascending key: visit(bin, worker, slot, is_first), once for each worker that met it.
+template <class Visit>
+void over_bins(std::vector<PassOne>& pass, const BinKey& base, Visit visit) {
+  struct Cursor {
+    std::vector<BinTree::Entry> entries;
+    std::size_t next = 0, worker = 0;
+    BinKey key;
+  };
+  std::vector<Cursor> cursors(pass.size());
+  auto key_of = [&](const LocalBin& bin) { return BinKey{base.i + bin[0], base.j + bin[1], base.k + bin[2]}; };
+  auto later = [&](std::size_t a, std::size_t b) {
+    const BinKey &x = cursors[a].key, &y = cursors[b].key;
+    return x == y ? a > b : before(y, x);
+  };
+  std::vector<std::size_t> heap;
+  for (std::size_t worker = 0; worker < pass.size(); ++worker) {
+    Cursor& cursor = cursors[worker];
+    cursor.worker = worker;
+    cursor.entries = pass[worker].tree.sorted(base);
+    pass[worker].tree = BinTree();
+    if (cursor.entries.empty()) continue;
+    cursor.key = key_of(cursor.entries.front().bin);
+    heap.push_back(worker);
+  }
+  std::make_heap(heap.begin(), heap.end(), later);
+  std::optional<BinKey> last;
+  while (!heap.empty()) {
+    std::pop_heap(heap.begin(), heap.end(), later);
+    const std::size_t worker = heap.back();
+    heap.pop_back();
+    Cursor& cursor = cursors[worker];
+    do {  // workers mostly met bins of their own
+      const BinTree::Entry& entry = cursor.entries[cursor.next];
+      visit(entry.bin, worker, static_cast<std::size_t>(entry.slot), last != cursor.key);
+      last = cursor.key;
+      if (++cursor.next == cursor.entries.size()) break;
+      cursor.key = key_of(cursor.entries[cursor.next].bin);
+    } while (heap.empty() || later(heap.front(), worker));
+    if (cursor.next == cursor.entries.size()) continue;
+    heap.push_back(worker);
+    std::push_heap(heap.begin(), heap.end(), later);
   }
 }
 
-Moments moments_of(const Cell& cell, const Direction& direction) {
-  const WholeSums& v = cell.sums;
-  auto whole = [](double value) { return static_cast<std::int64_t>(value); };
-  return {whole(v.count),
-          {whole(v.x), whole(v.y), whole(v.z)},
-          {whole(v.xx), whole(v.xy), whole(v.xz), whole(v.yy), whole(v.yz), whole(v.zz)},
-          {direction[0], direction[1], direction[2]}};
+/// Where each worker's cells begin among all, which are moved to `all`.
+std::vector<std::size_t> gather_cells(std::vector<PassOne>& pass, BinCells& all) {
+  const bool any_seen =
+      std::any_of(pass.begin(), pass.end(), [](const PassOne& part) { return part.directions.size() > 0; });
+  std::vector<std::size_t> begins;
+  for (PassOne& part : pass) {
+    if (any_seen) part.directions.grow(part.cells.size());
+    all.directions.take(std::exchange(part.directions, {}));
+    begins.push_back(all.cells.take(std::exchange(part.cells, {})));
+  }
+  return begins;
 }
 
 Error changed_between_readings() {
@@ -241,26 +251,32 @@ Result<BinTotals> bin_points(const PointSource& points, const LocalFrame& frame,
     bin_block(frame, block, mine);
     return {};
   }));
-  PassOne& all = pass.front();
   BinTotals totals;
-  for (const PassOne& part : pass) totals.index_bytes += part.tree.memory_bytes();
-  for (std::size_t worker = 1; worker < pass.size(); ++worker) {
-    merge_pass(all, pass[worker], frame.base);
-    pass[worker] = PassOne();
+  counts = {};
+  std::size_t most = 0;
+  for (const PassOne& part : pass) {
+    merge(counts, part.counts);
+    totals.index_bytes += part.tree.memory_bytes();
+    most += part.cells.size();
   }
-  counts = all.counts;
-  const auto order = all.tree.sorted(frame.base);
-  totals.cell_bytes = all.cells.size() * sizeof(Cell) + all.directions.size() * sizeof(Direction);
-  reserve_large(totals.bins, order.size());
-  reserve_large(totals.winners, order.size());
-  reserve_large(totals.moments, order.size());
-  for (const BinTree::Entry& entry : order) {
-    const auto slot = static_cast<std::size_t>(entry.slot);
-    totals.bins.push_back(entry.bin);
-    totals.winners.push_back(all.cells[slot].winner());
-    totals.moments.push_back(
-        moments_of(all.cells[slot], slot < all.directions.size() ? all.directions[slot] : Direction{}));
-  }
+  BinCells& all = totals.cells;
+  const std::vector<std::size_t> begins = gather_cells(pass, all);
+  reserve_large(totals.bins, most);
+  reserve_large(all.at, most);
+  over_bins(pass, frame.base, [&](const LocalBin& bin, std::size_t worker, std::size_t slot, bool is_first) {
+    const std::size_t place = begins[worker] + slot;
+    if (is_first) {
+      totals.bins.push_back(bin);
+      all.at.push_back(static_cast<std::uint32_t>(place));
+      return;
+    }
+    const std::size_t into = all.at.back();
+    all.cells[into].keep_better(all.cells[place].winner());
+    all.cells[into].sums.add(all.cells[place].sums);
+    for (std::size_t k = 0; all.directions.size() > 0 && k < 3; ++k)
+      all.directions[into][k] += all.directions[place][k];
+  });
+  totals.cell_bytes = totals.bins.size() * (sizeof(Cell) + (all.directions.size() > 0 ? sizeof(Direction) : 0));
   return totals;
 }
 
@@ -273,8 +289,10 @@ Result<std::uint64_t> count_bins(const PointSource& points, const LocalFrame& fr
                [&](std::size_t) { mine.tree.slots_of(run_bins(mine.placed), run_slots(mine.placed)); });
     return {};
   }));
-  for (std::size_t worker = 1; worker < pass.size(); ++worker) merge_pass(pass.front(), pass[worker], frame.base);
-  return static_cast<std::uint64_t>(pass.front().tree.size());
+  std::uint64_t bins = 0;
+  over_bins(pass, frame.base,
+            [&](const LocalBin&, std::size_t, std::size_t, bool is_first) { bins += is_first ? 1 : 0; });
+  return bins;
 }
 
 Result<std::vector<Winner>> pick_against(const PointSource& points, const LocalFrame& frame, const BinIndex& index,

@@ -4,17 +4,10 @@
 #pragma once
 #include <vector>
 
+#include "reduce/cells.hpp"
 #include "reduce/reduce.hpp"
 
 namespace scanmill::reduce {
-
-/// The point a bin keeps so far; ordered by (score, x, y, z, source).
-struct Winner {
-  double score = 1e300;
-  Vec3 position;
-  SourceKey source;
-};
-bool better(const Winner& a, const Winner& b);
 
 /// Corner of the local bins: a multiple of 1024 near the cloud, so that bins fit 32 bits.
 struct LocalFrame {
@@ -27,8 +20,7 @@ struct LocalFrame {
 /// One entry per occupied bin, ascending key.
 struct BinTotals {
   std::vector<LocalBin> bins;
-  std::vector<Winner> winners;  // nearest the bin's centre
-  std::vector<Moments> moments;
+  BinCells cells;
   std::uint64_t index_bytes = 0, cell_bytes = 0;  // at their largest
 };
 
@@ -41,7 +33,7 @@ struct ReadCounts {
 Result<ReadCounts> read_bounds(const PointSource& points, const Context& context);
 /// A first point, for the base of local bins. errors  BadInput when there is none
 Result<Vec3> first_point(const PointSource& points);
-/// Pass 1. Private trees and arrays per worker, merged by bin: minimum and exact sums commute, so any split gives the
+/// Pass 1. Private trees and cells per worker, joined by bin: minimum and exact sums commute, so any split gives the
 /// same.
 Result<BinTotals> bin_points(const PointSource& points, const LocalFrame& frame, ReadCounts& counts,
                              const Context& context);

@@ -4,6 +4,7 @@
 #pragma once
 #include <vector>
 
+#include "reduce/cells.hpp"
 #include "reduce/reduce.hpp"
 
 namespace scanmill::reduce {
@@ -22,22 +23,14 @@ struct Frames {
 /// Of the valid frames; 0 when there is none.
 double median_residual_of(const Frames& frames);
 
-/// A bin's moments about its centre, lengths in bin edges; every bin is looked at from 27 or 125 windows.
-struct BinSums {
-  double count, x, y, z, xx, xy, xz, yy, yz, zz;
-  Vec3 direction;  // towards the sensor, summed, any unit
-};
-std::vector<BinSums> in_bin_edges(const std::vector<Moments>& moments, const Context& context);
-
 /// Planes through the weighted moments of the bins around each bin: 3x3x3 with weight exp(-d^2/2) per step and axis
 /// (radius 1), or 5x5x5 with exp(-d^2/4.5) (radius 2). A frame is valid with at least four occupied bins and a trace
-/// above 0.05 h^2. `every` > 1 looks at about one bin in so many, chosen by key, and leaves the other frames invalid.
+/// above 0.05 h^2.
 /// cost  0.3 us per bin at radius 1, 1.2 us at radius 2
-Frames frames_of(const ReducedCloud& cloud, const std::vector<BinSums>& moments, int radius, std::uint64_t every,
-                 const Context& context);
+Frames frames_of(const ReducedCloud& cloud, const BinCells& cells, int radius, const Context& context);
 
 /// Noise of the points about their surface, bin edges. Curvature grows with the window, noise does not: from the median
 /// residuals of the same bins in both windows, about 4,096 chosen by key, the part that does not grow.
-double noise_of(const ReducedCloud& cloud, const std::vector<BinSums>& moments, const Context& context);
+double noise_of(const ReducedCloud& cloud, const BinCells& cells, const Context& context);
 
 }  // namespace scanmill::reduce

@@ -25,11 +25,11 @@ bool is_cuttable(const LatticeParams& lattice);
 /// errors  those of reduce_cloud before its first pass
 Result<LocalFrame> frame_of_parts(const PointSource& points, const LatticeParams& lattice, const Params& params);
 /// From the totals of all bins, ascending keys.
-Levels levels_of_parts(const LocalFrame& frame, std::vector<LocalBin> bins, const std::vector<Moments>& moments,
+Levels levels_of_parts(const LocalFrame& frame, std::vector<LocalBin> bins, const BinCells& cells,
                        const Context& context);
 /// Frames of some bins, ascending keys; good for those whose kFrameHalo neighbours in the cloud are all among them.
-Frames frames_of_parts(const LocalFrame& frame, std::vector<LocalBin> bins, const std::vector<Moments>& moments,
-                       std::int32_t radius, const Context& context);
+Frames frames_of_parts(const LocalFrame& frame, std::vector<LocalBin> bins, const BinCells& cells, std::int32_t radius,
+                       const Context& context);
 /// What the second pass measures against; `median_residual` of all frames.
 std::vector<Target> targets_of(const LocalFrame& frame, std::span<const LocalBin> bins, const Frames& frames,
                                double median_residual, const Params& params);

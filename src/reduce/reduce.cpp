@@ -27,6 +27,7 @@ constexpr double kNoisyFrom = 0.15;
 constexpr double kMaxProjection = 1.5;
 /// mm; a cloud outside these is no scan, and the search for a bin edge would leave the range of double.
 constexpr double kLeastExtent = 1e-9, kGreatestExtent = 1e12;
+constexpr std::size_t kGrain = 1 << 15;  // rows
 
 std::int64_t round_down(std::int64_t value) { return value & ~std::int64_t{1023}; }
 
@@ -56,7 +57,7 @@ Result<void> check(const LatticeParams& lattice, const Params& params) {
 }
 
 /// The cloud before frames: bins, their first points, counts and index.
-ReducedCloud first_cloud(const LocalFrame& frame, BinTotals& totals, const Params& params) {
+ReducedCloud first_cloud(const LocalFrame& frame, BinTotals& totals, const Params& params, const Context& context) {
   ReducedCloud cloud;
   cloud.lattice = frame.lattice;
   cloud.base = frame.base;
@@ -66,13 +67,15 @@ ReducedCloud first_cloud(const LocalFrame& frame, BinTotals& totals, const Param
   cloud.source.resize(n);
   cloud.counts.resize(n);
   cloud.drop.assign(n, Drop::Kept);
-  for (std::size_t row = 0; row < n; ++row) {
-    cloud.measured[row] = totals.winners[row].position;
-    cloud.source[row] = totals.winners[row].source;
-    cloud.counts[row] = totals.moments[row].count;
-    if (cloud.counts[row] < params.min_points_per_bin) cloud.drop[row] = Drop::TooFewPoints;
-  }
-  totals.winners = {};
+  for_each_range(context, n, kGrain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t row = begin; row < end; ++row) {
+      const Cell& cell = totals.cells[row];
+      cloud.measured[row] = cell.position;
+      cloud.source[row] = {cell.view, cell.row};
+      cloud.counts[row] = static_cast<std::int64_t>(cell.sums.count);
+      if (cloud.counts[row] < params.min_points_per_bin) cloud.drop[row] = Drop::TooFewPoints;
+    }
+  });
   cloud.index = BinIndex::over(cloud.bins);
   return cloud;
 }
@@ -87,8 +90,8 @@ ReducedCloud bare_cloud(const LocalFrame& frame, std::vector<LocalBin> bins) {
   return cloud;
 }
 
-Levels levels_of(const ReducedCloud& cloud, const std::vector<BinSums>& moments, const Context& context) {
-  const double noise = noise_of(cloud, moments, context);
+Levels levels_of(const ReducedCloud& cloud, const BinCells& cells, const Context& context) {
+  const double noise = noise_of(cloud, cells, context);
   return {noise, noise > kNoisyFrom ? 2 : 1};
 }
 
@@ -104,29 +107,33 @@ Result<void> pick_representatives(const PointSource& points, const LocalFrame& f
   return {};
 }
 
-void project(ReducedCloud& cloud, const Frames& frames) {
+void project(ReducedCloud& cloud, const Frames& frames, const Context& context) {
   const double limit = kMaxProjection * cloud.lattice.edge_mm;
-  cloud.projected = cloud.measured;
-  for (std::size_t row = 0; row < cloud.size(); ++row) {
-    if (!frames.valid[row]) continue;
-    const double off = dot(cloud.measured[row] - frames.centroid[row], frames.normal[row]);
-    if (std::abs(off) < limit) cloud.projected[row] = cloud.measured[row] - frames.normal[row] * off;
-  }
+  cloud.projected.resize(cloud.size());
+  for_each_range(context, cloud.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t row = begin; row < end; ++row) {
+      const double off = dot(cloud.measured[row] - frames.centroid[row], frames.normal[row]);
+      const bool moves = frames.valid[row] && std::abs(off) < limit;
+      cloud.projected[row] = moves ? cloud.measured[row] - frames.normal[row] * off : cloud.measured[row];
+    }
+  });
 }
 
 void drop_points(ReducedCloud& cloud, const Params& params, const Context& context) {
   const double h = cloud.lattice.edge_mm;
   std::vector<double> order(cloud.size());
-  for (std::size_t row = 0; row < cloud.size(); ++row) {
-    const double to_centre = norm2(cloud.measured[row] - centre_of(cloud.lattice, cloud.key(row)));
-    order[row] = params.representative == Representative::Centre ? to_centre : cloud.plane_distance[row];
-    if (cloud.drop[row] != Drop::Kept) continue;
-    if (!cloud.frame_valid[row])
-      cloud.drop[row] = Drop::Isolated;
-    else if (params.max_centre_distance &&
-             to_centre > (*params.max_centre_distance * h) * (*params.max_centre_distance * h))
-      cloud.drop[row] = Drop::CentreDistance;
-  }
+  for_each_range(context, cloud.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t row = begin; row < end; ++row) {
+      const double to_centre = norm2(cloud.measured[row] - centre_of(cloud.lattice, cloud.key(row)));
+      order[row] = params.representative == Representative::Centre ? to_centre : cloud.plane_distance[row];
+      if (cloud.drop[row] != Drop::Kept) continue;
+      if (!cloud.frame_valid[row])
+        cloud.drop[row] = Drop::Isolated;
+      else if (params.max_centre_distance &&
+               to_centre > (*params.max_centre_distance * h) * (*params.max_centre_distance * h))
+        cloud.drop[row] = Drop::CentreDistance;
+    }
+  });
   if (params.min_neighbour_distance && *params.min_neighbour_distance > 0)
     thin(cloud, order, *params.min_neighbour_distance, params.neighbour_positions == NeighbourPositions::Projected,
          context);
@@ -156,7 +163,7 @@ void count_drops(const ReducedCloud& cloud, Report& report) {
 /// Everything behind the passes over the points.
 Result<Reduction> conclude(ReducedCloud cloud, Frames frames, const ReadCounts& counts, const Levels& levels,
                            const Params& params, const Context& context) {
-  project(cloud, frames);
+  project(cloud, frames, context);
   cloud.normal = std::move(frames.normal);
   cloud.residual = std::move(frames.residual);
   cloud.variation = std::move(frames.variation);
@@ -185,12 +192,10 @@ Result<Reduction> reduce_on(const PointSource& points, const Lattice& lattice, V
   const LocalFrame frame = local_frame(lattice, somewhere);
   ReadCounts counts;
   TRY_ASSIGN(BinTotals totals, bin_points(points, frame, counts, context));
-  ReducedCloud cloud = first_cloud(frame, totals, params);
-  std::vector<BinSums> moments = in_bin_edges(totals.moments, context);
-  totals.moments = {};
-  const Levels levels = levels_of(cloud, moments, context);
-  Frames frames = frames_of(cloud, moments, levels.frame_radius, 1, context);
-  moments = {};
+  ReducedCloud cloud = first_cloud(frame, totals, params, context);
+  const Levels levels = levels_of(cloud, totals.cells, context);
+  Frames frames = frames_of(cloud, totals.cells, levels.frame_radius, context);
+  totals.cells = {};
   if (params.representative == Representative::Surface)
     TRY(pick_representatives(points, frame, frames, params, cloud, context));
   TRY_ASSIGN(Reduction out, conclude(std::move(cloud), std::move(frames), counts, levels, params, context));
@@ -245,14 +250,14 @@ Result<LocalFrame> frame_of_parts(const PointSource& points, const LatticeParams
   return local_frame({*lattice.bin_mm, {}}, somewhere);
 }
 
-Levels levels_of_parts(const LocalFrame& frame, std::vector<LocalBin> bins, const std::vector<Moments>& moments,
+Levels levels_of_parts(const LocalFrame& frame, std::vector<LocalBin> bins, const BinCells& cells,
                        const Context& context) {
-  return levels_of(bare_cloud(frame, std::move(bins)), in_bin_edges(moments, context), context);
+  return levels_of(bare_cloud(frame, std::move(bins)), cells, context);
 }
 
-Frames frames_of_parts(const LocalFrame& frame, std::vector<LocalBin> bins, const std::vector<Moments>& moments,
-                       std::int32_t radius, const Context& context) {
-  return frames_of(bare_cloud(frame, std::move(bins)), in_bin_edges(moments, context), radius, 1, context);
+Frames frames_of_parts(const LocalFrame& frame, std::vector<LocalBin> bins, const BinCells& cells, std::int32_t radius,
+                       const Context& context) {
+  return frames_of(bare_cloud(frame, std::move(bins)), cells, radius, context);
 }
 
 std::vector<Target> targets_of(const LocalFrame& frame, std::span<const LocalBin> bins, const Frames& frames,
@@ -274,7 +279,9 @@ std::vector<Target> targets_of(const LocalFrame& frame, std::span<const LocalBin
 Result<Reduction> join_parts(const LocalFrame& frame, BinTotals totals, Frames frames, const ReadCounts& counts,
                              const Levels& levels, const Params& params, const Context& context) {
   frames.median_residual = median_residual_of(frames);
-  return conclude(first_cloud(frame, totals, params), std::move(frames), counts, levels, params, context);
+  ReducedCloud cloud = first_cloud(frame, totals, params, context);
+  totals.cells = {};
+  return conclude(std::move(cloud), std::move(frames), counts, levels, params, context);
 }
 
 Result<Reduction> reduce_cloud(const PointSource& points, const LatticeParams& params, const Params& reduce,

@@ -17,14 +17,6 @@ namespace scanmill::reduce {
 /// Why a bin's point is not a vertex candidate.
 enum class Drop : std::uint8_t { Kept, TooFewPoints, Isolated, CentreDistance, NeighbourDistance };
 
-/// Sums over the points of one bin, about its centre, in units of h/1024; exact, so any order of points gives the same.
-struct Moments {
-  std::int64_t count = 0;
-  std::int64_t sum[3] = {};
-  std::int64_t product[6] = {};         // xx xy xz yy yz zz
-  std::int64_t view_direction[3] = {};  // summed unit vectors towards the sensor, 2^-20 units; zero when not known
-};
-
 /// One row per occupied bin, ascending bin key; all arrays have the same length.
 struct ReducedCloud {
   Lattice lattice;

@@ -71,8 +71,8 @@ std::vector<std::uint8_t> Thinning::greedy(const std::vector<std::uint8_t>& mark
       reader.window(cloud.bins[row], 2, around);
       for (const std::int32_t near : around) {
         const auto other = static_cast<std::size_t>(near);
-        if (other == row || !marked[other] || distance2(row, other) >= limit2) continue;
-        if (!is_before(other, row) || on_two_sides(row, other)) continue;
+        if (!marked[other] || !is_before(other, row)) continue;  // nor before itself
+        if (distance2(row, other) >= limit2 || on_two_sides(row, other)) continue;
         rivals[piece].push_back(static_cast<std::uint32_t>(other));
       }
       count[i] = static_cast<std::uint32_t>(rivals[piece].size()) - first[i];

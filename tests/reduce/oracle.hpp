@@ -13,6 +13,14 @@ struct KeyOrder {
   bool operator()(const BinKey& a, const BinKey& b) const { return before(a, b); }
 };
 
+/// Sums over the points of one bin, about its centre, in units of h/1024; exact, so any order of points gives the same.
+struct Moments {
+  std::int64_t count = 0;
+  std::int64_t sum[3] = {};
+  std::int64_t product[6] = {};         // xx xy xz yy yz zz
+  std::int64_t view_direction[3] = {};  // summed unit vectors towards the sensor, 2^-20 units; zero when not known
+};
+
 /// One bin with all its points.
 struct OracleBin {
   std::vector<Sample> samples;

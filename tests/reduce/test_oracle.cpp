@@ -25,12 +25,27 @@ Reduction reduced(const PointSource& points, double bin_mm, const Params& params
 
 /// Frames from the oracle's moments, to give the oracle of the next step exact input.
 Frames frames_from(const OracleBins& bins, const ReducedCloud& cloud, int radius) {
-  std::vector<Moments> moments;
-  for (const auto& [key, bin] : bins) moments.push_back(bin.moments);
+  BinCells cells;
+  auto real = [](std::int64_t value) { return static_cast<double>(value); };
+  for (const auto& [key, bin] : bins) {
+    const Moments& m = bin.moments;
+    Cell cell;
+    cell.sums = {.xx = real(m.product[0]),
+                 .yy = real(m.product[3]),
+                 .zz = real(m.product[5]),
+                 .count = real(m.count),
+                 .xy = real(m.product[1]),
+                 .yz = real(m.product[4]),
+                 .xz = real(m.product[2]),
+                 .z = real(m.sum[2]),
+                 .x = real(m.sum[0]),
+                 .y = real(m.sum[1])};
+    cells.push_back(cell, {m.view_direction[0], m.view_direction[1], m.view_direction[2]});
+  }
   const ChunkLoop loop(1);
   const CancelFlag cancel;
   const Context context{loop, cancel};
-  return frames_of(cloud, in_bin_edges(moments, context), radius, 1, context);
+  return frames_of(cloud, cells, radius, context);
 }
 
 void expect_rows(const OracleBins& bins, const ReducedCloud& cloud) {
