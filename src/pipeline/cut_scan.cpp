@@ -280,6 +280,7 @@ Result<void> CutReduction::gather(const Context& context) const {
     push_row(sums, row);
     TRY(writer.add_rows(std::span<const TotalRow>(&row, 1)));
   }
+  TRY(reduce::check_numbers(bins.size(), 0, frame.lattice.edge_mm));
   share_out(cells, bins.size(), cut_);
   const reduce::Levels levels = reduce::levels_of_parts(frame, std::move(bins), sums, context);
   if (context.cancel.is_set()) return fail(Code::Cancelled, "stopped on request");

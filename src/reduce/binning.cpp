@@ -3,11 +3,13 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <optional>
 #include <span>
 #include <utility>
 
 #include "base/large_pages.hpp"
+#include "base/text.hpp"
 #include "cloud/over_blocks.hpp"
 #include "reduce/placing.hpp"
 
@@ -219,6 +221,18 @@ bool LocalFrame::bin_of(Vec3 p, LocalBin& bin) const {
   return true;
 }
 
+Result<void> check_numbers(std::uint64_t bins, std::uint64_t kept, double edge_mm) {
+  const bool too_many_bins = bins > kMostBins;
+  if (!too_many_bins && kept <= kMostKept) return {};
+  const std::uint64_t found = too_many_bins ? bins : kept, most = too_many_bins ? kMostBins : kMostKept;
+  // Bins of a surface go with the inverse square of the edge; a tenth more than that is sure to do.
+  const double share = static_cast<double>(found) / static_cast<double>(most);
+  return fail(Code::BadInput, "bins of " + number_text(edge_mm) + " mm give " + grouped(found) +
+                                  (too_many_bins ? " or more of them" : " points of the mesh") + ", at most " +
+                                  grouped(most) + " can be numbered; wanted bins of " +
+                                  six_digits(1.1 * std::sqrt(share) * edge_mm) + " mm or more");
+}
+
 Result<ReadCounts> read_bounds(const PointSource& points, const Context& context) {
   std::vector<ReadCounts> part(static_cast<std::size_t>(context.loop.threads()));
   TRY(over_blocks(points, context, [&](int worker, const PointBlock& block) -> Result<void> {
@@ -248,6 +262,7 @@ Result<BinTotals> bin_points(const PointSource& points, const LocalFrame& frame,
     PassOne& mine = pass[static_cast<std::size_t>(worker)];
     add_counts(mine.counts, block);
     TRY(check_fit(frame, block, mine.counts.bounds));
+    TRY(check_numbers(static_cast<std::uint64_t>(mine.tree.size()) + block.positions.size(), 0, frame.lattice.edge_mm));
     bin_block(frame, block, mine);
     return {};
   }));
@@ -276,6 +291,7 @@ Result<BinTotals> bin_points(const PointSource& points, const LocalFrame& frame,
     for (std::size_t k = 0; all.directions.size() > 0 && k < 3; ++k)
       all.directions[into][k] += all.directions[place][k];
   });
+  TRY(check_numbers(totals.bins.size(), 0, frame.lattice.edge_mm));
   totals.cell_bytes = totals.bins.size() * (sizeof(Cell) + (all.directions.size() > 0 ? sizeof(Direction) : 0));
   return totals;
 }
@@ -285,6 +301,7 @@ Result<std::uint64_t> count_bins(const PointSource& points, const LocalFrame& fr
   TRY(over_blocks(points, context, [&](int worker, const PointBlock& block) -> Result<void> {
     PassOne& mine = pass[static_cast<std::size_t>(worker)];
     TRY(check_fit(frame, block, mine.counts.bounds));
+    TRY(check_numbers(static_cast<std::uint64_t>(mine.tree.size()) + block.positions.size(), 0, frame.lattice.edge_mm));
     over_tiles(frame, block, mine.placed,
                [&](std::size_t) { mine.tree.slots_of(run_bins(mine.placed), run_slots(mine.placed)); });
     return {};

@@ -29,6 +29,12 @@ struct ReadCounts {
   Bounds bounds;
 };
 
+/// Rows are numbered by 31 bits, corners of triangles (two a point, three each) by 32.
+inline constexpr std::uint64_t kMostBins = (1ull << 31) - 1, kMostKept = 1ull << 29;
+/// A bin edge that gives fewer bins of a surface is what helps.
+/// errors  BadInput above kMostBins or kMostKept, with an edge that would do
+Result<void> check_numbers(std::uint64_t bins, std::uint64_t kept, double edge_mm);
+
 /// Bounds and counts alone.
 Result<ReadCounts> read_bounds(const PointSource& points, const Context& context);
 /// A first point, for the base of local bins. errors  BadInput when there is none

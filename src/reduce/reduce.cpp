@@ -184,6 +184,7 @@ Result<Reduction> conclude(ReducedCloud cloud, Frames frames, const ReadCounts& 
   report.median_residual = frames.median_residual;
   report.bin_mm = out.cloud.lattice.edge_mm;
   count_drops(out.cloud, report);
+  TRY(check_numbers(report.bins, report.kept, report.bin_mm));
   return out;
 }
 

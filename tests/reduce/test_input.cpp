@@ -8,6 +8,7 @@
 #include <thread>
 
 #include "clouds.hpp"
+#include "reduce/binning.hpp"
 #include "reduce/reduce.hpp"
 
 namespace scanmill::reduce {
@@ -153,6 +154,18 @@ TEST(ReduceCloud, FindsNoBinSizeForPointsThatCoincide) {
   LatticeParams lattice;
   lattice.target_bins = 10;
   expect_error(run(MemoryPoints(std::vector<Vec3>(20, Vec3{1, 2, 3})), lattice), Code::BadInput, "coincide");
+}
+
+TEST(ReduceCloud, RefusesMoreThanCanBeNumberedAndNamesABinThatWouldDo) {
+  EXPECT_TRUE(check_numbers(kMostBins, kMostKept, 0.5).ok());
+  const auto bins = check_numbers(4 * kMostBins, 0, 0.5), kept = check_numbers(kMostBins, kMostKept + 1, 0.5);
+  ASSERT_FALSE(bins.ok() || kept.ok());
+  EXPECT_EQ(bins.error().text(),
+            "bins of 0.5 mm give 8,589,934,588 or more of them, at most 2,147,483,647 can be numbered; wanted bins of "
+            "1.1 mm or more");
+  EXPECT_EQ(kept.error().text(),
+            "bins of 0.5 mm give 536,870,913 points of the mesh, at most 536,870,912 can be numbered; wanted bins of "
+            "0.55 mm or more");
 }
 
 TEST(ReduceCloud, StopsWhenCancelled) {
