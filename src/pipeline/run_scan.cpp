@@ -172,7 +172,7 @@ Result<void> make_part(const std::string& archive, const ScanSpec& scan, const W
 
 std::vector<std::pair<std::string, std::string>> stage_versions() {
   return {{"read", "3"}, {"clean", "1"},    {"reduce", "3"}, {"stars", "2"},  {"front", "1"},  {"merge", "2"},
-          {"grow", "1"}, {"optimise", "1"}, {"verify", "2"}, {"export", "3"}, {"record", "7"}, {"report", "6"}};
+          {"grow", "2"}, {"optimise", "1"}, {"verify", "2"}, {"export", "3"}, {"record", "7"}, {"report", "6"}};
 }
 
 KeyTexts key_texts(const What& what, const std::string& scan) {
