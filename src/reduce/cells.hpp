@@ -48,12 +48,15 @@ class Blocks {
   static constexpr std::size_t kBlock = std::size_t{1} << 16;
 
   std::size_t size() const { return size_; }
-  T& operator[](std::size_t n) { return blocks_[n / kBlock][n % kBlock]; }
-  const T& operator[](std::size_t n) const { return blocks_[n / kBlock][n % kBlock]; }
+  T& operator[](std::size_t n) { return begins_[n / kBlock][n % kBlock]; }
+  const T& operator[](std::size_t n) const { return begins_[n / kBlock][n % kBlock]; }
   /// To `count` values at least.
   void grow(std::size_t count) {
     while (size_ < count) {
-      if (size_ == blocks_.size() * kBlock) reserve_large(blocks_.emplace_back(), kBlock);
+      if (size_ == blocks_.size() * kBlock) {
+        reserve_large(blocks_.emplace_back(), kBlock);
+        begins_.push_back(blocks_.back().data());
+      }
       const std::size_t before = (blocks_.size() - 1) * kBlock;
       blocks_.back().resize(std::min(kBlock, count - before));
       size_ = before + blocks_.back().size();
@@ -64,12 +67,14 @@ class Blocks {
     const std::size_t place = blocks_.size() * kBlock;
     if (other.size_ == 0) return place;
     for (std::vector<T>& block : other.blocks_) blocks_.push_back(std::move(block));
+    begins_.insert(begins_.end(), other.begins_.begin(), other.begins_.end());
     size_ = place + other.size_;
     return place;
   }
 
  private:
   std::vector<std::vector<T>> blocks_;
+  std::vector<T*> begins_;  // of the blocks
   std::size_t size_ = 0;
 };
 
