@@ -214,7 +214,7 @@ runner::CutParts PipelineWork::parts_of(std::size_t scan, const Node& resolved, 
   if (!what || !pipeline::is_cuttable(*what)) return {};
   runner::CutParts parts;
   parts.folder = folder;
-  for (const auto& wave : pipeline::waves_of(cut_by(keys, bytes), what->reduce.representative)) {
+  for (const auto& wave : pipeline::scan_waves(cut_by(keys, bytes), what->reduce.representative)) {
     parts.waves.emplace_back();
     for (const pipeline::PartTask& task : wave) parts.waves.back().push_back(pipeline::name_of(task));
   }

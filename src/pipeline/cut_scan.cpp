@@ -7,7 +7,9 @@
 #include <queue>
 
 #include "base/text.hpp"
+#include "cloud/piece.hpp"
 #include "pipeline/part_rows.hpp"
+#include "verify/verify.hpp"
 
 namespace scanmill::pipeline {
 namespace {
@@ -18,40 +20,6 @@ using reduce::LocalFrame;
 using reduce::Winner;
 
 constexpr std::size_t kRowsAtOnce = 4096;
-
-PartKind kind_of(const Cut& cut, std::string name, std::size_t row_bytes) {
-  return {cut.identity, std::move(name), row_bytes};
-}
-
-std::string path_of(const Cut& cut, std::string name) {
-  std::replace(name.begin(), name.end(), ' ', '-');
-  return cut.folder + "/" + name + ".part";
-}
-
-std::size_t row_bytes_of(PartStage stage) {
-  switch (stage) {
-    case PartStage::Map:
-    case PartStage::Gather:
-      return sizeof(TotalRow);
-    case PartStage::Frame:
-      return sizeof(FrameRow);
-    case PartStage::Pick:
-      break;
-  }
-  return sizeof(PickRow);
-}
-
-std::optional<PartFile> open_part(const Cut& cut, const PartTask& task) {
-  const std::string name = name_of(task);
-  return PartFile::open(path_of(cut, name), kind_of(cut, name, row_bytes_of(task.stage)));
-}
-
-/// errors  IoFailed naming the task that makes it
-Result<PartFile> need_part(const Cut& cut, const PartTask& task) {
-  if (auto file = open_part(cut, task)) return *std::move(file);
-  return fail(Code::IoFailed, "is not there or another run's; the task '" + name_of(task) + "' makes it",
-              path_of(cut, name_of(task)));
-}
 
 std::string link_name(std::uint32_t piece) { return "link " + std::to_string(piece); }
 
@@ -84,28 +52,6 @@ class RowStream {
   const PartFile& file_;
   std::vector<Row> rows_;
   std::uint64_t begin_ = 0, next_ = 0;
-};
-
-/// Blocks [first, last) of a source.
-class Piece final : public PointSource {
- public:
-  Piece(const PointSource& points, std::uint32_t number, std::uint32_t pieces) : points_(points) {
-    const std::size_t all = points.block_count();
-    first_ = all * number / pieces;
-    last_ = all * (number + 1) / pieces;
-  }
-  std::size_t block_count() const override { return last_ - first_; }
-  Result<void> read_block(std::size_t number, PointBlock& out) const override {
-    return points_.read_block(first_ + number, out);
-  }
-  std::uint64_t expected_points() const override {
-    const std::size_t all = points_.block_count();
-    return all == 0 ? 0 : points_.expected_points() / all * block_count();
-  }
-
- private:
-  const PointSource& points_;
-  std::size_t first_ = 0, last_ = 0;
 };
 
 /// A block of the lattice no larger than a brick, and its rows among the totals.
@@ -168,9 +114,32 @@ void share_out(std::vector<Cell>& cells, std::uint64_t bins, const Cut& cut) {
 }  // namespace
 
 std::string name_of(const PartTask& task) {
-  static constexpr const char* kNames[] = {"map", "gather", "frame", "pick"};
+  static constexpr const char* kNames[] = {"map", "gather", "frame", "pick", "mesh", "verify"};
   const std::string name = kNames[static_cast<int>(task.stage)];
-  return task.stage == PartStage::Gather ? name : name + " " + std::to_string(task.number);
+  const bool is_one = task.stage == PartStage::Gather || task.stage == PartStage::Mesh;
+  return is_one ? name : name + " " + std::to_string(task.number);
+}
+
+PartKind kind_of(const Cut& cut, std::string name, std::size_t row_bytes) {
+  return {cut.identity, std::move(name), row_bytes};
+}
+
+std::string path_of(const Cut& cut, std::string name) {
+  std::replace(name.begin(), name.end(), ' ', '-');
+  return cut.folder + "/" + name + ".part";
+}
+
+std::optional<PartFile> open_part(const Cut& cut, const PartTask& task) {
+  static constexpr std::size_t kRowBytes[] = {
+      sizeof(TotalRow), sizeof(TotalRow), sizeof(FrameRow), sizeof(PickRow), 1, sizeof(verify::PieceVerdict::Vertex)};
+  const std::string name = name_of(task);
+  return PartFile::open(path_of(cut, name), kind_of(cut, name, kRowBytes[static_cast<int>(task.stage)]));
+}
+
+Result<PartFile> need_part(const Cut& cut, const PartTask& task) {
+  if (auto file = open_part(cut, task)) return *std::move(file);
+  return fail(Code::IoFailed, "is not there or another run's; the task '" + name_of(task) + "' makes it",
+              path_of(cut, name_of(task)));
 }
 
 std::vector<std::vector<PartTask>> waves_of(const Cut& cut, reduce::Representative representative) {
@@ -180,6 +149,14 @@ std::vector<std::vector<PartTask>> waves_of(const Cut& cut, reduce::Representati
   for (std::uint32_t n = 0; n < cut.batches; ++n) waves[2].push_back({PartStage::Frame, n});
   if (waves.size() > 3)
     for (std::uint32_t n = 0; n < cut.pieces; ++n) waves[3].push_back({PartStage::Pick, n});
+  return waves;
+}
+
+std::vector<std::vector<PartTask>> scan_waves(const Cut& cut, reduce::Representative representative) {
+  auto waves = waves_of(cut, representative);
+  waves.push_back({{PartStage::Mesh, 0}});
+  waves.emplace_back();
+  for (std::uint32_t n = 0; n < cut.pieces; ++n) waves.back().push_back({PartStage::Verify, n});
   return waves;
 }
 
@@ -199,15 +176,17 @@ Result<void> CutReduction::make(const PartTask& task, const Context& context) co
     case PartStage::Frame:
       return frame(task.number, context);
     case PartStage::Pick:
+      return pick(task.number, context);
+    default:
       break;
   }
-  return pick(task.number, context);
+  return fail(Code::Internal, "is no part of the reduction", name_of(task));
 }
 
 Result<void> CutReduction::map(std::uint32_t piece, const Context& context) const {
   TRY_ASSIGN(const LocalFrame frame, reduce::frame_of_parts(points_, lattice_, params_));
   reduce::ReadCounts counts;
-  const Piece points(points_, piece, cut_.pieces);
+  const PiecePoints points(points_, piece, cut_.pieces);
   TRY_ASSIGN(const BinTotals totals, reduce::bin_points(points, frame, counts, context));
   const std::string name = name_of({PartStage::Map, piece});
   TRY_ASSIGN(PartWriter writer, PartWriter::create(path_of(cut_, name), kind_of(cut_, name, sizeof(TotalRow))));
@@ -469,7 +448,7 @@ Result<void> CutReduction::pick(std::uint32_t piece, const Context& context) con
   TRY_ASSIGN(const Frames frames, read_frames(reader, at.size(), &at));
   const auto targets = reduce::targets_of(frame, bins, frames, median, params_);
   const BinIndex index = BinIndex::over(bins);
-  const Piece points(points_, piece, cut_.pieces);
+  const PiecePoints points(points_, piece, cut_.pieces);
   TRY_ASSIGN(const std::vector<Winner> winners, reduce::pick_against(points, frame, index, targets, context));
   std::vector<PickRow> rows;
   for (std::size_t first = 0; first < winners.size(); first += rows.size()) {

@@ -1,14 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-// The reduction of one scan as tasks that any number of processes can do: passes over pieces of the input, frames over
-// bricks of the lattice. What a task makes is a file; a task whose file is there is done. The bytes of the result do
-// not depend on how input and lattice are cut (docs/algorithm.md, "Bricks").
+// One scan as tasks that any number of processes can do: passes over pieces of the input, frames over bricks of the
+// lattice. What a task makes is a file; a task whose file is there is done. The bytes of the result do not depend on
+// how input and lattice are cut (docs/algorithm.md, "Bricks"). Here is the reduction; cut_surface.hpp has the rest.
 //
 //   map p     one pass over a piece of the input: winners and moments of its bins, in the order of keys
 //   gather    all of them merged; which bricks there are, and the noise
 //   frame b   local planes of the bins of some bricks, from their totals and those two bins around
 //   pick p    second pass over a piece: the point nearest to the plane (representative: surface)
+//   mesh      all of that joined and thinned, the mesh of it, its edges swapped
+//   verify p  third pass over a piece: distances of its points from the mesh
 #pragma once
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -27,15 +30,24 @@ struct Cut {
   std::uint32_t brick_bins = 256;  // edge; a power of two from 8 to 1024
 };
 
-enum class PartStage : std::uint8_t { Map, Gather, Frame, Pick };
+enum class PartStage : std::uint8_t { Map, Gather, Frame, Pick, Mesh, Verify };
 struct PartTask {
   PartStage stage = PartStage::Map;
   std::uint32_t number = 0;
 };
 /// "map 3", "gather".
 std::string name_of(const PartTask& task);
-/// Wave by wave: a task needs all of the waves before its own.
+
+PartKind kind_of(const Cut& cut, std::string name, std::size_t row_bytes);
+std::string path_of(const Cut& cut, std::string name);
+std::optional<PartFile> open_part(const Cut& cut, const PartTask& task);
+/// errors  IoFailed naming the task that makes it
+Result<PartFile> need_part(const Cut& cut, const PartTask& task);
+
+/// Of the reduction, wave by wave: a task needs all of the waves before its own.
 std::vector<std::vector<PartTask>> waves_of(const Cut& cut, reduce::Representative representative);
+/// All waves of a scan; the last task of a scan, which writes its files, needs them all.
+std::vector<std::vector<PartTask>> scan_waves(const Cut& cut, reduce::Representative representative);
 bool is_done(const Cut& cut, const PartTask& task);
 
 struct BrickCounts {

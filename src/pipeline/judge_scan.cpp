@@ -122,24 +122,82 @@ Result<optimise::Report> optimise_surface(MeshedSurface& surface, const What& wh
   return report;
 }
 
+namespace {
+
+/// What distances are stated in, with the bins behind the vertices.
+struct FitTerms {
+  std::vector<std::uint32_t> vertex_of_row;
+  verify::Terms terms;
+
+  FitTerms(const MeshedSurface& surface, const reduce::ReducedCloud& cloud, const What& what)
+      : vertex_of_row(cloud.size(), verify::kNoVertex) {
+    for (std::size_t v = 0; v < surface.vertex_row.size(); ++v)
+      vertex_of_row[surface.vertex_row[v]] = static_cast<std::uint32_t>(v);
+    terms.bin_mm = cloud.lattice.edge_mm;
+    terms.sensor_accuracy_mm = what.sensor.accuracy_mm;
+    terms.vertex_bins = verify::VertexBins{cloud.lattice, cloud.base, &cloud.index, vertex_of_row};
+  }
+  FitTerms(const FitTerms&) = delete;
+};
+
+/// judge(points that count) and the number of those that do not.
+template <class Judge>
+auto without_stray_points(const MeshedSurface& surface, const reduce::ReducedCloud& cloud, const PointSource& points,
+                          std::uint64_t& in_strays, Judge judge) -> decltype(judge(points)) {
+  if (surface.stray_rows.empty()) return judge(points);
+  const JudgedPoints judged(points, cloud, stray_bins(surface, cloud));
+  auto result = judge(judged);
+  in_strays = judged.left_out();
+  return result;
+}
+
+}  // namespace
+
 Result<Fit> measure_fit(const MeshedSurface& surface, const reduce::ReducedCloud& cloud, const PointSource& points,
                         const What& what, const Context& context, Progress& progress) {
   const WatchedPoints watched(points, "verify", progress);
-  std::vector<std::uint32_t> vertex_of_row(cloud.size(), verify::kNoVertex);
-  for (std::size_t v = 0; v < surface.vertex_row.size(); ++v)
-    vertex_of_row[surface.vertex_row[v]] = static_cast<std::uint32_t>(v);
-  verify::Terms terms;
-  terms.bin_mm = cloud.lattice.edge_mm;
-  terms.sensor_accuracy_mm = what.sensor.accuracy_mm;
-  terms.vertex_bins = verify::VertexBins{cloud.lattice, cloud.base, &cloud.index, vertex_of_row};
+  const FitTerms fit_terms(surface, cloud, what);
   Fit fit;
-  if (surface.stray_rows.empty()) {
-    TRY_ASSIGN(fit.report, verify::verify_mesh(surface.mesh, watched, terms, what.verify, context));
-    return fit;
-  }
-  const JudgedPoints judged(watched, cloud, stray_bins(surface, cloud));
-  TRY_ASSIGN(fit.report, verify::verify_mesh(surface.mesh, judged, terms, what.verify, context));
-  fit.points_in_strays = judged.left_out();
+  TRY_ASSIGN(fit.report,
+             without_stray_points(surface, cloud, watched, fit.points_in_strays, [&](const PointSource& judged) {
+               return verify::verify_mesh(surface.mesh, judged, fit_terms.terms, what.verify, context);
+             }));
+  return fit;
+}
+
+Result<verify::PieceVerdict> judge_piece(const MeshedSurface& surface, const reduce::ReducedCloud& cloud,
+                                         const PointSource& piece, const What& what, const Context& context,
+                                         std::uint64_t& in_strays) {
+  const FitTerms fit_terms(surface, cloud, what);
+  return without_stray_points(surface, cloud, piece, in_strays, [&](const PointSource& judged) {
+    return verify::verify_piece(surface.mesh, judged, fit_terms.terms, what.verify, context);
+  });
+}
+
+struct FitOfPieces::Impl {
+  FitTerms terms;
+  Result<verify::PieceVerdicts> verdicts;
+  std::uint64_t in_strays = 0;
+
+  Impl(const MeshedSurface& surface, const reduce::ReducedCloud& cloud, const What& what)
+      : terms(surface, cloud, what), verdicts(verify::PieceVerdicts::of(surface.mesh, terms.terms, what.verify)) {}
+};
+
+FitOfPieces::FitOfPieces(const MeshedSurface& surface, const reduce::ReducedCloud& cloud, const What& what)
+    : impl_(new Impl(surface, cloud, what)) {}
+FitOfPieces::~FitOfPieces() = default;
+
+Result<void> FitOfPieces::add(const verify::PieceVerdict& verdict, std::uint64_t in_strays) {
+  if (!impl_->verdicts.ok()) return impl_->verdicts.error();
+  impl_->in_strays += in_strays;
+  return impl_->verdicts->add(verdict);
+}
+
+Result<Fit> FitOfPieces::fit() && {
+  TRY_ASSIGN(verify::PieceVerdicts verdicts, std::move(impl_->verdicts));
+  Fit fit;
+  TRY_ASSIGN(fit.report, std::move(verdicts).report());
+  fit.points_in_strays = impl_->in_strays;
   return fit;
 }
 

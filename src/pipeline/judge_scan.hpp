@@ -33,6 +33,25 @@ struct Fit {
 Result<Fit> measure_fit(const MeshedSurface& surface, const reduce::ReducedCloud& cloud, const PointSource& points,
                         const What& what, const Context& context, Progress& progress);
 
+/// The same over a piece of the points, without conclusions. `in_strays`: of its points, left out.
+Result<verify::PieceVerdict> judge_piece(const MeshedSurface& surface, const reduce::ReducedCloud& cloud,
+                                         const PointSource& piece, const What& what, const Context& context,
+                                         std::uint64_t& in_strays);
+/// Puts together what measure_fit gives from verdicts on pieces, in any order.
+class FitOfPieces {
+ public:
+  /// All three must outlive it.
+  FitOfPieces(const MeshedSurface& surface, const reduce::ReducedCloud& cloud, const What& what);
+  ~FitOfPieces();
+  /// errors  BadInput when the verdict is on another mesh
+  Result<void> add(const verify::PieceVerdict& verdict, std::uint64_t in_strays);
+  Result<Fit> fit() &&;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
 struct SectionResults {
   std::vector<Section> sections;   // those the job asks for
   std::vector<std::string> notes;  // of those that could not be had

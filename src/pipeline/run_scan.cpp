@@ -10,6 +10,7 @@
 #include "cloud/spatial_order.hpp"
 #include "pipeline/bin_forecast.hpp"
 #include "pipeline/clean_scan.hpp"
+#include "pipeline/cut_surface.hpp"
 #include "pipeline/density.hpp"
 #include "pipeline/finish_scan.hpp"
 #include "pipeline/judge_scan.hpp"
@@ -136,16 +137,44 @@ Result<std::vector<std::uint32_t>> look_over(const PointSource& points, const Wh
   return order;
 }
 
-/// Every part that is not there, one after the other, and their joining. A pass over the parts leaves no trace of the
-/// blocks in `points`: where the sensor's band is judged, they are read once more.
+/// Every part that is not there, one after the other, and their joining.
 Result<reduce::Reduction> reduce_in_parts(const PointSource& points, const What& what, const Cut& cut,
-                                          bool bands_are_judged, const Context& context, Progress& progress) {
+                                          const Context& context, Progress& progress) {
   const WatchedPoints watched(points, "reduce", progress);
   const CutReduction parts(watched, what.lattice, what.reduce, cut);
   for (const auto& wave : waves_of(cut, what.reduce.representative))
     for (const PartTask& task : wave) TRY(parts.make(task, context));
-  if (bands_are_judged) TRY(over_blocks(points, context, [](int, const PointBlock&) -> Result<void> { return {}; }));
   return parts.join(context);
+}
+
+/// From the points to the finished mesh. `source`: the cleaned points in the order they are best read in. With a `cut`
+/// the mesh is kept, and taken from there when it is. `notes`: what the sensor's band says, without a cut.
+Result<MadeSurface> make_surface(const ScanPoints& points, const CleanedScan& cleaned, const PointSource& source,
+                                 const What& what, const Cut* cut, const Context& context, Progress& progress,
+                                 StageClock& clock, std::vector<std::string>& notes) {
+  if (cut) {
+    TRY_ASSIGN(auto kept, kept_surface(*cut));
+    clock.lap("mesh");
+    if (kept) return *std::move(kept);
+  }
+  const WatchedPoints watched(source, "reduce", progress);
+  auto reduced = cut ? reduce_in_parts(source, what, *cut, context, progress)
+                     : reduce::reduce_cloud(watched, what.lattice, what.reduce, context);
+  if (!reduced.ok()) return explained(std::move(reduced).error(), cleaned);
+  if (!cut) TRY(points.check_bands(notes));
+  MadeSurface made{std::move(reduced).value(), {}, {}};
+  const reduce::Report& report = made.reduction.report;
+  if (std::string problem = implausible_size(report.bounds, points.units_mm(), report.bin_mm, report.points_used);
+      !problem.empty())
+    return fail(Code::BadInput, std::move(problem));
+  clock.lap("reduce");
+  TimedStages timed(clock, progress);
+  TRY_ASSIGN(made.surface, mesh_surface(made.reduction.cloud, report.bounds, what, context, timed));
+  timed.end();
+  TRY_ASSIGN(made.swaps, optimise_surface(made.surface, what, report.bin_mm, context, progress));
+  clock.lap("optimise");
+  if (cut) TRY(keep_surface(*cut, made));
+  return made;
 }
 
 }  // namespace
@@ -159,11 +188,19 @@ Result<void> make_part(const std::string& archive, const ScanSpec& scan, const W
   if (!clean.ok()) return name_file(std::move(clean).error(), scan);
   const CleanedScan cleaned = std::move(clean).value();
   const WatchedPoints watched(*cleaned.points, part, progress);
-  const CutReduction parts(watched, what.lattice, what.reduce, cut);
-  for (const auto& wave : waves_of(cut, what.reduce.representative))
+  auto make = [&](const PartTask& task) -> Result<void> {
+    if (task.stage == PartStage::Verify) return verify_piece(cut, task.number, {watched, *points}, what, context);
+    if (task.stage != PartStage::Mesh) return CutReduction(watched, what.lattice, what.reduce, cut).make(task, context);
+    std::vector<std::pair<std::string, double>> seconds;
+    StageClock clock(seconds);
+    std::vector<std::string> notes;
+    TRY(make_surface(*points, cleaned, *cleaned.points, what, &cut, context, progress, clock, notes));
+    return {};
+  };
+  for (const auto& wave : scan_waves(cut, what.reduce.representative))
     for (const PartTask& task : wave) {
       if (name_of(task) != part) continue;
-      auto made = parts.make(task, context);
+      auto made = make(task);
       if (!made.ok()) return name_file(explained(std::move(made).error(), cleaned), scan);
       return points->verify_unchanged();
     }
@@ -252,33 +289,24 @@ Result<ScanResult> run_scan(const std::string& archive, const ScanSpec& scan, co
     clock.lap("order");
   }
   const PointSource& source = ordered ? *ordered : *cleaned.points;
-  const WatchedPoints watched(source, "reduce", progress);
-  auto reduced = cut && is_cuttable(what)
-                     ? reduce_in_parts(*cleaned.points, what, *cut, points->judges_bands(), context, progress)
-                     : reduce::reduce_cloud(watched, what.lattice, what.reduce, context);
-  if (!reduced.ok()) return name_file(explained(std::move(reduced).error(), cleaned), scan);
+  const Cut* parts = cut && is_cuttable(what) ? &*cut : nullptr;
   std::vector<std::string> found;
-  if (auto seen = points->check_bands(found); !seen.ok()) return name_file(std::move(seen).error(), scan);
-  notes.add(std::move(found));
-  reduce::Reduction reduction = std::move(reduced).value();
-  const reduce::Report& report = reduction.report;
-  if (std::string problem = implausible_size(report.bounds, points->units_mm(), report.bin_mm, report.points_used);
-      !problem.empty())
-    return name_file(fail(Code::BadInput, std::move(problem)), scan);
-  clock.lap("reduce");
+  auto made = make_surface(*points, cleaned, source, what, parts, context, progress, clock, found);
+  if (!made.ok()) return name_file(std::move(made).error(), scan);
 
-  TimedStages timed(clock, progress);
-  auto meshed = mesh_surface(reduction.cloud, report.bounds, what, context, timed);
-  if (!meshed.ok()) return name_file(std::move(meshed).error(), scan);
-  ScanResults all{archive, scan, what, *points, cleaned, std::move(reduction), std::move(meshed).value()};
+  ScanResults all{archive, scan, what, *points, cleaned, {}, {}};
   all.refined = &refined;
+  TRY_ASSIGN(all.quality, verify::quality_of(made->surface.mesh, context));
+  TRY_ASSIGN(Fit fit, parts ? measure_fit_in_pieces(*parts, *made, {source, *points}, what, context)
+                            : measure_fit(made->surface, made->reduction.cloud, source, what, context, progress));
+  // Which blocks were read is known when all pieces are there.
+  if (parts)
+    if (auto seen = points->check_bands(found); !seen.ok()) return name_file(std::move(seen).error(), scan);
+  notes.add(std::move(found));
+  all.reduction = std::move(made->reduction);
+  all.surface = std::move(made->surface);
+  all.swaps = std::move(made->swaps);
   MeshedSurface& surface = all.surface;
-  timed.end();
-
-  TRY_ASSIGN(all.swaps, optimise_surface(surface, what, all.reduction.report.bin_mm, context, progress));
-  clock.lap("optimise");
-  TRY_ASSIGN(all.quality, verify::quality_of(surface.mesh, context));
-  TRY_ASSIGN(Fit fit, measure_fit(surface, all.reduction.cloud, source, what, context, progress));
   all.fit = std::move(fit.report);
   all.points_in_strays = fit.points_in_strays;
   clock.lap("verify");

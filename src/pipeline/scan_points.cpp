@@ -18,6 +18,11 @@ namespace {
 /// Counters of one block; threads may read the same block at once, all of them store the same numbers.
 struct BlockCounts {
   std::atomic<std::uint64_t> points_read{0}, not_finite{0}, sensor_invalid{0};
+  void store(std::uint64_t read, std::uint64_t broken, std::uint64_t invalid) {
+    points_read.store(read, std::memory_order_relaxed);
+    not_finite.store(broken, std::memory_order_relaxed);
+    sensor_invalid.store(invalid, std::memory_order_relaxed);
+  }
 };
 
 ViewPoint to_global(const ViewPoint& view_point, const Pose& pose) {
@@ -197,11 +202,29 @@ Result<void> ScanPoints::read_block(std::size_t number, PointBlock& out) const {
   else if (units != 1)
     for (Vec3& p : out.positions) p = p * units;
   if (!source.is_identity || units != 1) TRY(check_finite(out, view.path));
-  BlockCounts& counts = impl_->counts[number];
-  counts.points_read.store(out.points_read, std::memory_order_relaxed);
-  counts.not_finite.store(out.not_finite, std::memory_order_relaxed);
-  counts.sensor_invalid.store(out.sensor_invalid, std::memory_order_relaxed);
+  impl_->counts[number].store(out.points_read, out.not_finite, out.sensor_invalid);
   return {};
+}
+
+std::vector<BlockTrace> ScanPoints::traces() const {
+  std::vector<BlockTrace> traces;
+  for (std::size_t block = 0; block < impl_->blocks; ++block) {
+    const BlockCounts& counts = impl_->counts[block];
+    const BlockTrace trace{block, counts.points_read, counts.not_finite, counts.sensor_invalid,
+                           impl_->bands ? impl_->bands[block].load() : plan::BandCounts()};
+    if (trace.points_read > 0) traces.push_back(trace);
+  }
+  return traces;
+}
+
+bool ScanPoints::recall(std::span<const BlockTrace> traces) const {
+  for (const BlockTrace& trace : traces) {
+    if (trace.block >= impl_->blocks) return false;
+    const auto block = static_cast<std::size_t>(trace.block);
+    impl_->counts[block].store(trace.points_read, trace.not_finite, trace.sensor_invalid);
+    if (impl_->bands) impl_->bands[block].store(trace.band);
+  }
+  return true;
 }
 
 std::vector<ViewCounts> ScanPoints::counts() const {
@@ -254,8 +277,6 @@ std::vector<plan::Finding> ScanPoints::band_findings() const {
   }
   return all;
 }
-
-bool ScanPoints::judges_bands() const { return impl_->bands != nullptr; }
 
 Result<void> ScanPoints::check_bands(std::vector<std::string>& notes) const {
   std::string errors;

@@ -2,6 +2,7 @@
 // The points of one scan as a stream in the global frame, mm: units, poses and view directions applied.
 #pragma once
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -32,6 +33,12 @@ struct ViewCounts {
   std::uint64_t kept() const { return points_read - not_finite - sensor_invalid; }
 };
 
+/// What reading a block leaves behind.
+struct BlockTrace {
+  std::uint64_t block = 0, points_read = 0, not_finite = 0, sensor_invalid = 0;
+  plan::BandCounts band;
+};
+
 class ScanPoints final : public PointSource {
  public:
   /// Opens all views that are there; nothing but headers and line indices stays in memory. `units_mm` is the job's,
@@ -57,14 +64,16 @@ class ScanPoints final : public PointSource {
   /// Sums over the blocks read so far, one per view of views(). Complete once every block was read; reading a block
   /// again changes nothing.
   std::vector<ViewCounts> counts() const;
+  /// Of the blocks read so far, ascending; those without a row have none.
+  std::vector<BlockTrace> traces() const;
+  /// As if the blocks had been read here. False when there are no such blocks.
+  bool recall(std::span<const BlockTrace> traces) const;
   /// SHA-256 of each view's file, hex, one per view of views(); files are read one per chunk of the loop.
   /// errors  BadInput when a file is not the one its plan names; Cancelled
   Result<std::vector<std::string>> digests(const Context& context) const;
   /// What the blocks read so far say about the sensor's depth band and field, station by station; empty when the scan
   /// has no plan with a sensor.
   std::vector<plan::Finding> band_findings() const;
-  /// True when check_bands says anything at all: the scan has a plan with a sensor.
-  bool judges_bands() const;
   /// errors  BadInput with the findings that are errors, a line each; warnings are added to `notes`
   Result<void> check_bands(std::vector<std::string>& notes) const;
   /// errors  BadInput naming the file whose size, time or inode is not that of the moment it was opened

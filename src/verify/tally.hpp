@@ -25,12 +25,23 @@ inline std::int64_t units_of(double distance, double units_per_mm) {
 /// by pages where distances are; at most 90 MB however many points.
 class Ranks {
  public:
-  void add(std::int64_t units) {
-    const std::size_t bucket = bucket_of(static_cast<std::uint64_t>(units)), page = bucket / kPage;
-    if (page >= pages_.size() || !pages_[page]) open(page);
-    ++(*pages_[page])[bucket % kPage];
-  }
+  void add(std::int64_t units) { add(bucket_of(static_cast<std::uint64_t>(units)), 1); }
   void add(const Ranks& other);
+  /// So many more points in a bucket.
+  void add(std::size_t bucket, std::uint64_t count) {
+    const std::size_t page = bucket / kPage;
+    if (page >= pages_.size() || !pages_[page]) open(page);
+    (*pages_[page])[bucket % kPage] += count;
+  }
+  /// body(bucket, count) for the buckets that hold points, ascending.
+  template <class Body>
+  void visit(Body body) const {
+    for (std::size_t page = 0; page < pages_.size(); ++page)
+      for (std::size_t n = 0; pages_[page] && n < kPage; ++n)
+        if ((*pages_[page])[n] != 0) body(page * kPage + n, (*pages_[page])[n]);
+  }
+  /// Of 2^43 units and less.
+  static constexpr std::size_t kBuckets = (std::size_t{1} << 20) + (std::size_t{22} << 19);
   /// Distance of the point with this rank in ascending order, in units: the middle of its bucket, off by at most 2
   /// units or 2^-20 of it.
   double at_rank(std::uint64_t rank) const;

@@ -9,10 +9,9 @@
 #include <utility>
 
 #include "base/text.hpp"
+#include "verify/pieces.hpp"
 #include "verify/sides.hpp"
 #include "verify/space_order.hpp"
-#include "verify/tally.hpp"
-#include "verify/vertex_errors.hpp"
 
 namespace scanmill::verify {
 namespace {
@@ -49,44 +48,12 @@ struct Judged {
   const TriangleIndex index;
   const Sides sides;
   const Terms& terms;
-  std::vector<std::atomic<std::uint8_t>> triangle_near;
-  std::optional<VertexErrors> vertices;
+  const std::size_t patch_count;
+  Marks marks;
 
   Judged(const Mesh& m, const Terms& t, std::size_t patches)
-      : mesh(m), index(m), sides(m), terms(t), triangle_near(m.triangles.size()), patch_count(patches) {
-    if (t.vertex_bins) vertices.emplace(m.positions.size(), t.vertex_bins->vertex_of_row.size());
-  }
-  std::size_t patch_count;
+      : mesh(m), index(m), sides(m), terms(t), patch_count(patches), marks(m, t) {}
   std::uint32_t patch_of(std::uint32_t triangle) const { return mesh.patch.empty() ? 0 : mesh.patch[triangle]; }
-};
-
-/// What one worker has seen.
-struct Seen {
-  std::uint64_t points_read = 0, not_finite = 0, sensor_invalid = 0, points_near = 0;
-  Sums interior, open_border, patch_borders;
-  Ranks interior_ranks, open_border_ranks, patch_border_ranks;
-  std::vector<Sums> patches;
-  SignedHistogram histogram;
-  Worst worst, worst_interior;
-
-  void add(const Seen& other) {
-    points_read += other.points_read;
-    not_finite += other.not_finite;
-    sensor_invalid += other.sensor_invalid;
-    points_near += other.points_near;
-    interior.add(other.interior);
-    open_border.add(other.open_border);
-    patch_borders.add(other.patch_borders);
-    interior_ranks.add(other.interior_ranks);
-    open_border_ranks.add(other.open_border_ranks);
-    patch_border_ranks.add(other.patch_border_ranks);
-    for (std::size_t n = 0; n < patches.size(); ++n) patches[n].add(other.patches[n]);
-    histogram.below += other.histogram.below;
-    histogram.above += other.histogram.above;
-    for (std::size_t n = 0; n < histogram.counts.size(); ++n) histogram.counts[n] += other.histogram.counts[n];
-    worst.add(other.worst);
-    worst_interior.add(other.worst_interior);
-  }
 };
 
 void count_signed(SignedHistogram& histogram, std::int64_t units) {
@@ -105,7 +72,7 @@ class Worker {
   explicit Worker(Judged& judged)
       : judged_(judged), search_(judged.index), units_per_mm_(kUnitsPerBin / judged.terms.bin_mm) {
     seen.patches.resize(judged.patch_count);
-    if (judged.vertices) feed_.emplace(*judged.vertices, *judged.terms.vertex_bins);
+    if (judged.marks.vertices) feed_.emplace(*judged.marks.vertices, *judged.terms.vertex_bins);
   }
 
   Result<void> take(const PointSource& points, std::size_t number) {
@@ -161,7 +128,7 @@ class Worker {
     count_signed(seen.histogram, is_above ? units : -units);
     const bool is_near = distance <= judged_.terms.bin_mm;
     seen.points_near += is_near;
-    auto& near = judged_.triangle_near[hit.triangle];
+    auto& near = judged_.marks.triangle_near[hit.triangle];
     if (is_near && near.load(std::memory_order_relaxed) == 0) near.store(1, std::memory_order_relaxed);
     if (feed_) feed_->add(n, distance, units, is_above, is_near);
     if (seen.worst.may_take(distance)) seen.worst.add(worst_point(n, distance, is_above, open_border));
@@ -237,36 +204,28 @@ Result<std::size_t> check(const Mesh& mesh, const Terms& terms, const Params& pa
   return patches;
 }
 
-void state_patches(const Judged& judged, const Seen& seen, Report& report) {
-  std::vector<std::uint64_t> triangles(judged.patch_count, 0);
-  for (std::uint32_t t = 0; t < judged.mesh.triangles.size(); ++t) ++triangles[judged.patch_of(t)];
-  for (std::uint32_t patch = 0; patch < judged.patch_count; ++patch) {
+void state_patches(const Mesh& mesh, const Terms& terms, const Seen& seen, Report& report) {
+  std::vector<std::uint64_t> triangles(seen.patches.size(), 0);
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) ++triangles[mesh.patch.empty() ? 0 : mesh.patch[t]];
+  for (std::uint32_t patch = 0; patch < triangles.size(); ++patch) {
     if (triangles[patch] == 0) continue;
-    const auto& names = judged.terms.patch_names;
+    const auto& names = terms.patch_names;
     report.patches.push_back({patch, patch < names.size() ? names[patch] : std::string(), triangles[patch],
                               figures_of(seen.patches[patch], nullptr, report.bin_mm)});
   }
 }
 
-void state_coverage(const Judged& judged, Report& report) {
+void state_coverage(const Mesh& mesh, const Terms& terms, const Marks& marks, Report& report) {
   Coverage& coverage = report.coverage;
-  coverage.triangles = judged.mesh.triangles.size();
-  for (const auto& near : judged.triangle_near) coverage.triangles_near += near.load();
-  if (!judged.vertices) return;
-  coverage.bins = judged.terms.vertex_bins->vertex_of_row.size();
-  coverage.bins_near = judged.vertices->bins_near();
-  report.vertices = judged.vertices->errors(report.bin_mm);
+  coverage.triangles = mesh.triangles.size();
+  for (const auto& near : marks.triangle_near) coverage.triangles_near += near.load();
+  if (!marks.vertices) return;
+  coverage.bins = terms.vertex_bins->vertex_of_row.size();
+  coverage.bins_near = marks.vertices->bins_near();
+  report.vertices = marks.vertices->errors(report.bin_mm);
 }
 
-}  // namespace
-
-Result<Report> verify_mesh(const Mesh& mesh, const PointSource& points, const Terms& terms, const Params& params,
-                           const Context& context) {
-  TRY_ASSIGN(const std::size_t patches, check(mesh, terms, params));
-  Judged judged(mesh, terms, patches);
-  if (judged.index.empty())
-    return fail(Code::BadInput, "no triangle of the mesh has an area; distances need a surface");
-  TRY_ASSIGN(Seen seen, judge_points(judged, points, context));
+Result<Report> report_of(const Mesh& mesh, const Terms& terms, const Params& params, Seen seen, const Marks& marks) {
   Report report;
   report.bin_mm = terms.bin_mm;
   report.points_read = seen.points_read;
@@ -281,17 +240,74 @@ Result<Report> verify_mesh(const Mesh& mesh, const PointSource& points, const Te
   report.all = figures_of(seen.interior, &seen.interior_ranks, terms.bin_mm);
   if (report.all.count == 0)
     return fail(Code::BadInput, "the cloud has no finite point; nothing can be compared with the mesh");
-  state_patches(judged, seen, report);
+  state_patches(mesh, terms, seen, report);
   report.histogram = seen.histogram;
   report.histogram.step_mm = terms.bin_mm / SignedHistogram::kStepsPerBin;
   report.worst = seen.worst.list();
   report.worst_interior = seen.worst_interior.list();
-  state_coverage(judged, report);
+  state_coverage(mesh, terms, marks, report);
   report.fit_error_mm = report.all.max_mm;
   report.sensor_accuracy_mm = terms.sensor_accuracy_mm;
   report.total_error_mm = report.fit_error_mm + report.sensor_accuracy_mm;
   report.gates = gates_of(params, report.all.max_mm, report.all.rms_mm);
   return report;
+}
+
+/// use(seen, marks) of a pass over the points, if the mesh can be judged.
+template <class Use>
+auto with_judged(const Mesh& mesh, const PointSource& points, const Terms& terms, const Params& params,
+                 const Context& context, Use use) -> decltype(use(Seen(), std::declval<const Marks&>())) {
+  TRY_ASSIGN(const std::size_t patches, check(mesh, terms, params));
+  Judged judged(mesh, terms, patches);
+  if (judged.index.empty())
+    return fail(Code::BadInput, "no triangle of the mesh has an area; distances need a surface");
+  TRY_ASSIGN(Seen seen, judge_points(judged, points, context));
+  return use(std::move(seen), judged.marks);
+}
+
+}  // namespace
+
+Result<Report> verify_mesh(const Mesh& mesh, const PointSource& points, const Terms& terms, const Params& params,
+                           const Context& context) {
+  return with_judged(mesh, points, terms, params, context, [&](Seen seen, const Marks& marks) {
+    return report_of(mesh, terms, params, std::move(seen), marks);
+  });
+}
+
+Result<PieceVerdict> verify_piece(const Mesh& mesh, const PointSource& piece, const Terms& terms, const Params& params,
+                                  const Context& context) {
+  return with_judged(mesh, piece, terms, params, context, [&](const Seen& seen, const Marks& marks) {
+    return Result<PieceVerdict>(verdict_of(seen, marks));
+  });
+}
+
+struct PieceVerdicts::Impl {
+  const Mesh& mesh;
+  const Terms& terms;
+  const Params& params;
+  Seen seen;
+  Marks marks;
+};
+
+PieceVerdicts::PieceVerdicts(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+PieceVerdicts::PieceVerdicts(PieceVerdicts&&) noexcept = default;
+PieceVerdicts::~PieceVerdicts() = default;
+
+Result<PieceVerdicts> PieceVerdicts::of(const Mesh& mesh, const Terms& terms, const Params& params) {
+  TRY_ASSIGN(const std::size_t patches, check(mesh, terms, params));
+  std::unique_ptr<Impl> impl(new Impl{mesh, terms, params, {}, Marks(mesh, terms)});
+  impl->seen.patches.resize(patches);
+  return PieceVerdicts(std::move(impl));
+}
+
+Result<void> PieceVerdicts::add(const PieceVerdict& verdict) {
+  if (!add_verdict(verdict, impl_->seen, impl_->marks))
+    return fail(Code::BadInput, "is no verdict on a piece of points of this mesh");
+  return {};
+}
+
+Result<Report> PieceVerdicts::report() && {
+  return report_of(impl_->mesh, impl_->terms, impl_->params, std::move(impl_->seen), impl_->marks);
 }
 
 std::vector<Gate> gates_of(const Params& params, double max_mm, double rms_mm) {

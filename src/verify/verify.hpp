@@ -3,6 +3,7 @@
 // point's exact distance).
 #pragma once
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -50,6 +51,40 @@ struct Terms {
 /// source   signs: Baerentzen and Aanaes 2005
 Result<Report> verify_mesh(const Mesh& mesh, const PointSource& points, const Terms& terms, const Params& params,
                            const Context& context);
+
+/// What a pass over a piece of the points has found. Bytes for the same machine family; nothing in them depends on
+/// threads or the order of blocks.
+struct PieceVerdict {
+  /// Sums over the points of a vertex's own bin; vertices without such points are left out.
+  struct Vertex {
+    std::uint64_t vertex = 0, count = 0, low = 0, high = 0, worst = 0;
+  };
+  std::vector<Vertex> vertices;  // ascending
+  std::string seen;              // everything else
+};
+/// The same as verify_mesh over a part of the points, without its conclusions.
+/// errors  those of verify_mesh
+Result<PieceVerdict> verify_piece(const Mesh& mesh, const PointSource& piece, const Terms& terms, const Params& params,
+                                  const Context& context);
+
+/// The report of verify_mesh over all points, from verdicts on pieces of them: any pieces, in any order.
+class PieceVerdicts {
+ public:
+  /// All three must outlive it.
+  /// errors  those of verify_mesh before its pass
+  static Result<PieceVerdicts> of(const Mesh& mesh, const Terms& terms, const Params& params);
+  PieceVerdicts(PieceVerdicts&&) noexcept;
+  ~PieceVerdicts();
+  /// errors  BadInput when the verdict is cut or on another mesh
+  Result<void> add(const PieceVerdict& verdict);
+  /// errors  BadInput when no piece held a finite point
+  Result<Report> report() &&;
+
+ private:
+  struct Impl;
+  explicit PieceVerdicts(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
+};
 
 /// The job's limits against what was found: of all judged points the greatest distance and the rms.
 std::vector<Gate> gates_of(const Params& params, double max_mm, double rms_mm);

@@ -94,6 +94,25 @@ std::vector<VertexError> VertexErrors::errors(double bin_mm) const {
   return out;
 }
 
+std::vector<PieceVerdict::Vertex> VertexErrors::sums() const {
+  std::vector<PieceVerdict::Vertex> out;
+  for (std::size_t v = 0; v < sums_.size(); ++v)
+    if (const Vertex& one = sums_[v]; one.count != 0) out.push_back({v, one.count, one.low, one.high, one.worst});
+  return out;
+}
+
+bool VertexErrors::add(std::span<const PieceVerdict::Vertex> sums) {
+  for (const PieceVerdict::Vertex& more : sums) {
+    if (more.vertex >= sums_.size()) return false;
+    Vertex& one = sums_[static_cast<std::size_t>(more.vertex)];
+    one.count += more.count;
+    one.low += more.low;
+    one.high += more.high;
+    one.worst = std::max(one.worst.load(), more.worst);
+  }
+  return true;
+}
+
 std::uint64_t VertexErrors::bins_near() const {
   std::uint64_t count = 0;
   for (const auto& word : near_) count += static_cast<std::uint64_t>(std::popcount(word.load()));

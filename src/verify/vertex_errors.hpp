@@ -38,6 +38,19 @@ class VertexErrors {
   };
 
   std::vector<VertexError> errors(double bin_mm) const;
+  /// The sums of the vertices that have points, ascending.
+  std::vector<PieceVerdict::Vertex> sums() const;
+  /// False when a vertex is none of these.
+  bool add(std::span<const PieceVerdict::Vertex> sums);
+  /// body(64 rows) for all rows, and their union with what `next` gives, word by word.
+  template <class Body>
+  void visit_near(Body body) const {
+    for (const auto& word : near_) body(word.load());
+  }
+  template <class Next>
+  void add_near(Next next) {
+    for (auto& word : near_) word.fetch_or(next());
+  }
   std::uint64_t bins_near() const;
 
  private:

@@ -6,6 +6,7 @@
 #include <limits>
 #include <numeric>
 
+#include "cloud/piece.hpp"
 #include "verify/meshes.hpp"
 #include "verify/triangle_index.hpp"
 #include "verify/verify.hpp"
@@ -253,52 +254,111 @@ void expect_same(const DistanceFigures& a, const DistanceFigures& b) {
   }
 }
 
-TEST(VerifyMesh, DoesNotDependOnThreadsOrTheOrderOfBlocks) {
-  Mesh mesh = sheet(25, 0.5, [](double x, double y) { return 0.2 * x * std::abs(y - 5); });
-  for (std::size_t t = 0; t < mesh.patch.size(); ++t) mesh.patch[t] = static_cast<std::uint32_t>(t / 300);
-  const auto points = points_about(mesh, 20000, 4);
-  std::vector<LocalBin> bins;
-  std::vector<std::uint32_t> vertex_of_row;
-  for (std::int32_t n = 0; n < 512; ++n) {
-    bins.push_back({n % 8, n / 8 % 8, n / 64});
-    vertex_of_row.push_back(static_cast<std::uint32_t>(n));
+void expect_same(const Report& many, const Report& one) {
+  expect_same(many.all, one.all);
+  expect_same(many.interior, one.interior);
+  expect_same(many.open_border, one.open_border);
+  expect_same(many.patch_borders, one.patch_borders);
+  ASSERT_EQ(many.patches.size(), one.patches.size());
+  for (std::size_t n = 0; n < one.patches.size(); ++n) expect_same(many.patches[n].distances, one.patches[n].distances);
+  EXPECT_EQ(many.histogram.counts, one.histogram.counts);
+  EXPECT_EQ(many.coverage.triangles_near, one.coverage.triangles_near);
+  EXPECT_EQ(many.coverage.bins_near, one.coverage.bins_near);
+  ASSERT_EQ(many.worst.size(), one.worst.size());
+  for (std::size_t n = 0; n < one.worst.size(); ++n) {
+    EXPECT_EQ(many.worst[n].source, one.worst[n].source);
+    EXPECT_EQ(many.worst[n].signed_mm, one.worst[n].signed_mm);
+    EXPECT_EQ(many.worst[n].triangle, one.worst[n].triangle);
   }
-  std::sort(bins.begin(), bins.end(), [](const LocalBin& a, const LocalBin& b) {
-    return before(BinKey{a[0], a[1], a[2]}, BinKey{b[0], b[1], b[2]});
-  });
-  const BinIndex index = BinIndex::over(bins);
+  ASSERT_EQ(many.vertices.size(), one.vertices.size());
+  for (std::size_t v = 0; v < one.vertices.size(); ++v) {
+    EXPECT_EQ(many.vertices[v].signed_mm, one.vertices[v].signed_mm);
+    EXPECT_EQ(many.vertices[v].rms_mm, one.vertices[v].rms_mm);
+    EXPECT_EQ(many.vertices[v].points, one.vertices[v].points);
+  }
+}
+
+/// A bent sheet of several patches, 20,000 points about it, and bins behind its first vertices.
+struct BentSheet {
+  BentSheet() {
+    mesh = sheet(25, 0.5, [](double x, double y) { return 0.2 * x * std::abs(y - 5); });
+    for (std::size_t t = 0; t < mesh.patch.size(); ++t) mesh.patch[t] = static_cast<std::uint32_t>(t / 300);
+    points = points_about(mesh, 20000, 4);
+    std::vector<LocalBin> bins;
+    for (std::int32_t n = 0; n < 512; ++n) {
+      bins.push_back({n % 8, n / 8 % 8, n / 64});
+      vertex_of_row.push_back(static_cast<std::uint32_t>(n));
+    }
+    std::sort(bins.begin(), bins.end(), [](const LocalBin& a, const LocalBin& b) {
+      return before(BinKey{a[0], a[1], a[2]}, BinKey{b[0], b[1], b[2]});
+    });
+    index = BinIndex::over(bins);
+    terms.bin_mm = 0.5;
+    terms.vertex_bins = VertexBins{Lattice{0.5, {}}, {}, &index, vertex_of_row};
+  }
+  BentSheet(const BentSheet&) = delete;
+  Mesh mesh;
+  decltype(points_about(mesh, 1, 1)) points;
+  std::vector<std::uint32_t> vertex_of_row;
+  BinIndex index;
   Terms terms;
-  terms.bin_mm = 0.5;
-  terms.vertex_bins = VertexBins{Lattice{0.5, {}}, {}, &index, vertex_of_row};
-  const Report one = judged(mesh, Shuffled(points, 20000, 1), terms);
+};
+
+TEST(VerifyMesh, DoesNotDependOnThreadsOrTheOrderOfBlocks) {
+  const BentSheet s;
+  const Report one = judged(s.mesh, Shuffled(s.points, 20000, 1), s.terms);
   EXPECT_EQ(one.points_read, 20002u);
   EXPECT_EQ(one.not_finite, 2u);
   for (const int threads : {1, 2, 7})
-    for (const std::size_t block : {64, 1000}) {
-      const Report many = judged(mesh, Shuffled(points, block, block), terms, threads);
-      expect_same(many.all, one.all);
-      expect_same(many.interior, one.interior);
-      expect_same(many.open_border, one.open_border);
-      expect_same(many.patch_borders, one.patch_borders);
-      ASSERT_EQ(many.patches.size(), one.patches.size());
-      for (std::size_t n = 0; n < one.patches.size(); ++n)
-        expect_same(many.patches[n].distances, one.patches[n].distances);
-      EXPECT_EQ(many.histogram.counts, one.histogram.counts);
-      EXPECT_EQ(many.coverage.triangles_near, one.coverage.triangles_near);
-      EXPECT_EQ(many.coverage.bins_near, one.coverage.bins_near);
-      ASSERT_EQ(many.worst.size(), one.worst.size());
-      for (std::size_t n = 0; n < one.worst.size(); ++n) {
-        EXPECT_EQ(many.worst[n].source, one.worst[n].source);
-        EXPECT_EQ(many.worst[n].signed_mm, one.worst[n].signed_mm);
-        EXPECT_EQ(many.worst[n].triangle, one.worst[n].triangle);
-      }
-      ASSERT_EQ(many.vertices.size(), one.vertices.size());
-      for (std::size_t v = 0; v < one.vertices.size(); ++v) {
-        EXPECT_EQ(many.vertices[v].signed_mm, one.vertices[v].signed_mm);
-        EXPECT_EQ(many.vertices[v].rms_mm, one.vertices[v].rms_mm);
-        EXPECT_EQ(many.vertices[v].points, one.vertices[v].points);
-      }
+    for (const std::size_t block : {64, 1000})
+      expect_same(judged(s.mesh, Shuffled(s.points, block, block), s.terms, threads), one);
+}
+
+TEST(VerifyPiece, AddsUpToTheWhole) {
+  const BentSheet s;
+  const Shuffled all(s.points, 64, 1);
+  const Report one = judged(s.mesh, all, s.terms);
+  const ChunkLoop loop(3);
+  const CancelFlag cancel;
+  const Params params;
+  for (const std::uint32_t pieces : {1u, 3u, 700u}) {  // more than there are blocks: some hold nothing
+    auto verdicts = PieceVerdicts::of(s.mesh, s.terms, params);
+    ASSERT_TRUE(verdicts.ok());
+    for (std::uint32_t n = pieces; n-- > 0;) {
+      const auto piece = verify_piece(s.mesh, PiecePoints(all, n, pieces), s.terms, params, {loop, cancel});
+      ASSERT_TRUE(piece.ok());
+      ASSERT_TRUE(verdicts->add(*piece).ok());
     }
+    const auto report = (*std::move(verdicts)).report();
+    ASSERT_TRUE(report.ok());
+    expect_same(*report, one);
+  }
+}
+
+TEST(VerifyPiece, IsRefusedWhenCutOrOfAnotherMesh) {
+  const BentSheet s;
+  const ChunkLoop loop(1);
+  const CancelFlag cancel;
+  const Params params;
+  const auto piece = verify_piece(s.mesh, Shuffled(s.points, 64, 1), s.terms, params, {loop, cancel});
+  ASSERT_TRUE(piece.ok());
+  auto is_refused = [&](const Mesh& mesh, const PieceVerdict& verdict) {
+    auto verdicts = PieceVerdicts::of(mesh, s.terms, params);
+    return verdicts.ok() && !verdicts->add(verdict).ok();
+  };
+  EXPECT_FALSE(is_refused(s.mesh, *piece));
+  for (const std::size_t size : {std::size_t{0}, std::size_t{31}, piece->seen.size() / 2, piece->seen.size() - 1}) {
+    PieceVerdict cut = *piece;
+    cut.seen.resize(size);
+    EXPECT_TRUE(is_refused(s.mesh, cut)) << size;
+  }
+  PieceVerdict far = *piece;
+  far.vertices.back().vertex = s.mesh.positions.size();
+  EXPECT_TRUE(is_refused(s.mesh, far));
+  Mesh less = s.mesh;
+  less.triangles.pop_back();
+  less.patch.pop_back();
+  EXPECT_TRUE(is_refused(less, *piece));
 }
 
 TEST(VerifyMesh, TakesAnyMesh) {
