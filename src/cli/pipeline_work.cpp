@@ -180,6 +180,7 @@ namespace {
 
 constexpr std::uint64_t kPieceBytes = 512ull << 20;  // of input
 constexpr std::uint32_t kMostParts = 4096, kEdge = 256;
+constexpr const char* kInputs = "inputs";  // the part that reads all of the input once, so that no other has to
 
 /// Numbers of the cut, by keys and bytes alone; the folder and the identity are not known yet.
 pipeline::Cut cut_by(const runner::BrickKeys& keys, std::uint64_t bytes) {
@@ -214,6 +215,7 @@ runner::CutParts PipelineWork::parts_of(std::size_t scan, const Node& resolved, 
   if (!what || !pipeline::is_cuttable(*what)) return {};
   runner::CutParts parts;
   parts.folder = folder;
+  parts.waves.push_back({kInputs});
   for (const auto& wave : pipeline::scan_waves(cut_by(keys, bytes), what->reduce.representative)) {
     parts.waves.emplace_back();
     for (const pipeline::PartTask& task : wave) parts.waves.back().push_back(pipeline::name_of(task));
@@ -228,6 +230,7 @@ Result<void> PipelineWork::make_part(std::size_t scan, const Node& resolved, con
   const pipeline::ScanSpec& spec = spec_of(scan, room);
   TRY_ASSIGN(const pipeline::What what, pipeline::what_from(resolved, spec.name));
   TRY_ASSIGN(const pipeline::Cut cut, cut_of(scan, resolved, keys, folder));
+  if (part == kInputs) return {};  // its hash was wanted, and is known now
   return pipeline::make_part(archive_, spec, what, cut, part, context, progress);
 }
 

@@ -66,6 +66,7 @@ void OutputTree::remove_attempts(const std::string& name) const {
 }
 
 void OutputTree::remove_parts(const std::string& name) const {
+  if (!store::exists(parts(name))) return;
   (void)store::remove_tree(parts(name));
   std::error_code error;
   for (fs::path folder = fs::path(parts(name)).parent_path(); folder != fs::path(root_) && fs::remove(folder, error);)

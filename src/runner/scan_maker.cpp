@@ -22,6 +22,8 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr std::uint64_t kReadAtOnce = 1 << 20;  // bytes: hashing them takes less than a process does
+constexpr std::uint64_t kLargestHashes = 1ull << 30;
+constexpr const char* kPartHashes = "hashes";  // in the folder of a scan's parts
 constexpr const char* kFromRecord = "outputs changed: written again from the record";
 
 double seconds_since(Clock::time_point begin) { return std::chrono::duration<double>(Clock::now() - begin).count(); }
@@ -183,7 +185,10 @@ Attempt ScanMaker::make(const SelectedScan& scan, ScanEntry entry, int threads, 
     entry.failed_stage = latest;
     return end();
   }
-  if (settle(scan, *fingerprint, state, entry) || frame_.options.dry_run) return end();
+  if (settle(scan, *fingerprint, state, entry) || frame_.options.dry_run) {
+    if (entry.fate == ScanFate::Unchanged && !frame_.options.dry_run) frame_.tree.remove_parts(name);
+    return end();
+  }
   if (!scan.task.broken.empty()) {
     const Error broken = fail(Code::BadInput, scan.task.broken);
     if (const auto log = begin_log(scan, entry, threads, watch)) (*log)->line("failed: " + broken.text());
@@ -207,6 +212,21 @@ CutParts ScanMaker::parts_of(const SelectedScan& scan) const {
   return frame_.work.parts_of(scan.number, *scan.what, frame_.bricks, frame_.tree.parts(scan.task.name));
 }
 
+/// Content hashes that an earlier part of the scan found: inputs of many gigabytes are hashed once, not by every node.
+void ScanMaker::recall_hashes(const std::string& folder) const {
+  const std::string path = folder + "/" + kPartHashes;
+  if (!store::exists(path)) return;
+  if (const auto source = store::open_file(path, path))
+    if (const auto text = read_all(**source, kLargestHashes)) frame_.work.load_hashes(*text);
+}
+
+/// The result of the scan stands, or its mesh does, or it failed before: no part of it is of use.
+bool ScanMaker::needs_no_part(const SelectedScan& scan, const Fingerprint& fingerprint, const ScanEntry& entry) const {
+  const auto state = load_state(frame_.tree.scan(scan.task.name));
+  ScanEntry judged = entry;
+  return mesh_stands(state, fingerprint) || settle(scan, fingerprint, state, judged);
+}
+
 Attempt ScanMaker::make_part(const SelectedScan& scan, ScanEntry entry, const std::string& part, int threads,
                              std::uint64_t memory, Progress& progress) const {
   const auto began = Clock::now();
@@ -215,8 +235,15 @@ Attempt ScanMaker::make_part(const SelectedScan& scan, ScanEntry entry, const st
   StageWatch watch(progress, latest);
   watch.stage(part, 0, 0);
   const std::string folder = frame_.tree.parts(scan.task.name);
+  bool is_idle = false;
   const auto made = [&]() -> Result<void> {
+    recall_hashes(folder);
+    TRY_ASSIGN(const Fingerprint fingerprint, frame_.work.fingerprint(scan.number, *scan.what));
+    is_idle = needs_no_part(scan, fingerprint, entry);
+    if (is_idle) return {};
     TRY(store::make_folders(folder));
+    if (!store::exists(folder + "/" + kPartHashes))
+      TRY(store::write_text(folder + "/" + kPartHashes, frame_.work.save_hashes_of(scan.number)));
     page_beyond(memory, frame_.disk, folder);
     auto outcome = guarded(memory, frame_.cap, [&]() -> Result<Outcome> {
       act_on_test_fault(scan.task.name);
@@ -237,6 +264,7 @@ Attempt ScanMaker::make_part(const SelectedScan& scan, ScanEntry entry, const st
     entry.failed_stage = part;
     if (const auto now = frame_.work.fingerprint(scan.number, *scan.what)) result.fingerprint = now->value;
   }
+  if (is_idle) entry.fate = ScanFate::Unchanged;
   if (entry.why.empty()) entry.why = {"new or changed"};
   entry.seconds += seconds_since(began);
   entry.cpu_seconds += cpu_seconds() - cpu;

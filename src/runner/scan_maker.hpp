@@ -57,7 +57,8 @@ class ScanMaker {
   Judgement judge(const SelectedScan& scan, ScanEntry entry) const;
   /// Reads the inputs, and makes the scan when something changed. `memory` is the cap, for messages.
   Attempt make(const SelectedScan& scan, ScanEntry entry, int threads, std::uint64_t memory, Progress& progress) const;
-  /// Makes one part of a scan that is cut. The entry is pending when it is there, failed when not.
+  /// Makes one part of a scan that is cut. The entry is pending when it is there, failed when not, and unchanged when
+  /// no part of the scan is needed: then nothing was made.
   Attempt make_part(const SelectedScan& scan, ScanEntry entry, const std::string& part, int threads,
                     std::uint64_t memory, Progress& progress) const;
   /// The parts of a scan as the job has it cut; no waves when it is made in one piece.
@@ -66,6 +67,8 @@ class ScanMaker {
  private:
   bool settle(const SelectedScan& scan, const Fingerprint& fingerprint, const std::optional<ScanState>& state,
               ScanEntry& entry) const;
+  void recall_hashes(const std::string& folder) const;
+  bool needs_no_part(const SelectedScan& scan, const Fingerprint& fingerprint, const ScanEntry& entry) const;
   Result<std::unique_ptr<ScanLog>> begin_log(const SelectedScan& scan, const ScanEntry& entry, int threads,
                                              Progress& progress) const;
   Result<void> attempt(const SelectedScan& scan, const Fingerprint& fingerprint, ScanEntry& entry, int threads,

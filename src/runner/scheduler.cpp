@@ -99,6 +99,7 @@ int Scheduler::run() {
 
 /// What needs no work is known at once; the rest goes on the list.
 void Scheduler::sort_out() {
+  const bool has_parts = p_.journal && !p_.options.dry_run && store::is_folder(p_.tree.parts());
   for (std::size_t i = 0; i < names_.size() && !p_.stop.flag.is_set() && p_.stop.signal == 0; ++i) {
     ScanEntry& entry = p_.report.scans[i];
     Judgement judgement = p_.maker.judge(p_.selection.scans[i], entry);
@@ -107,6 +108,7 @@ void Scheduler::sort_out() {
       continue;
     }
     entry = std::move(judgement.entry);
+    if (entry.fate == ScanFate::Unchanged && has_parts) p_.tree.remove_parts(entry.name);
     show(entry);
   }
 }
@@ -375,6 +377,11 @@ void Scheduler::end_part(const WorkItem& item, Ended&& ended) {
     entry.attempts = before.attempts;
   }
   core_seconds_ += ended.seconds * ended.order.threads;
+  if (entry.fate == ScanFate::Unchanged) {
+    entry = before;
+    cut.idle = true;
+    list_.drop(item.scan);
+  }
   const bool failed = entry.failure != FailureClass::None;
   if (failed && !cut.failed && !output_is_bad && goes_again(item, ended, entry)) return;
   if (failed) {
@@ -400,6 +407,11 @@ void Scheduler::end_part(const WorkItem& item, Ended&& ended) {
     finish_scan(whole, ended, known);
     if (output_is_bad) code_ = kExitInternal;
     return;
+  }
+  if (cut.idle) {  // the scan itself says why
+    if (at_work > 0) return;
+    cut.next = cut.waves.size();
+    return put_next_wave(item.scan);
   }
   if (--cut.left == 0) put_next_wave(item.scan);
 }

@@ -79,6 +79,7 @@ class Scheduler {
     std::uint64_t bytes = 0;  // of the scan
     std::optional<ScanEntry> failed;
     std::string fingerprint;
+    bool idle = false;  // its parts are not needed
   };
   std::map<std::size_t, CutState> cut_;
   std::vector<std::uint64_t> remembered_;  // memory that a scan was found to need

@@ -78,6 +78,11 @@ def cuts_change_no_byte(work):
             f"brick.edge_bins={edge}", "--set", f"brick.pieces={pieces}", "--set", f"brick.batches={batches}")
         same(f"{work}/whole", out)
         assert not os.path.exists(f"{out}/work"), "parts stay behind"
+        # Another time, the same content: no part is made, and none stays.
+        os.utime(f"{work}/archive/part.ply")
+        text = run(f"{work}/job.yaml", out, "--executor", executor, "--set", f"brick.edge_bins={edge}")
+        assert "1 unchanged" in text, text
+        assert not os.path.exists(f"{out}/work"), "parts of a scan that is unchanged"
     # The paper's rules pick in one pass; edges are kept by a median over all bins.
     for number, keys in enumerate(["profile: paper\n", "reduce: {edge_aware: true}\n"]):
         write_job(f"{work}/job.yaml", "archive", 0.5, keys)
@@ -133,14 +138,14 @@ def two_workers_share_the_tasks(work):
     path = glob.glob(f"{out}/work/*/tasks.json")[0]
     with open(path) as file:
         tasks = json.load(file)["tasks"]
-    assert len(tasks) == 6 + 1 + 64 + 6 + 1 + 6 + 1, len(tasks)
+    assert len(tasks) == 1 + 6 + 1 + 64 + 6 + 1 + 6 + 1, len(tasks)
 
     def begin(index):
         return subprocess.Popen([SCANMILL, "task", path, str(index), "--threads", "1", "--quiet"],
                                 stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
 
     # A task whose time has not come says what is missing, and that it can be tried again.
-    early = begin(6)
+    early = begin(7)  # gather, behind inputs and the six pieces
     text = early.communicate()[0]
     assert early.returncode == 75 and "the task 'map" in text, (early.returncode, text)
     killed = 0
@@ -168,6 +173,7 @@ def two_workers_share_the_tasks(work):
     assert killed == 5
     text = run(f"{work}/job.yaml", out)
     assert "1 unchanged" in text, text
+    assert not os.path.exists(f"{out}/work/parts"), "parts of a scan that is done"
     for file in FILES:
         with open(f"{work}/whole/scans/part/{file}", "rb") as x, open(f"{out}/scans/part/{file}", "rb") as y:
             assert x.read() == y.read(), file
