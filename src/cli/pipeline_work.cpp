@@ -156,7 +156,8 @@ runner::Outcome outcome_of(pipeline::ScanResult result, const pipeline::ScanSpec
     if (std::find(spec.notes.begin(), spec.notes.end(), note) == spec.notes.end())
       outcome.notes.push_back(std::move(note));
   outcome.record_identity = std::move(result.record_identity);
-  outcome.stage_seconds = std::move(result.stage_seconds);
+  outcome.stage_seconds = std::move(result.stage_times.wall_s);
+  outcome.stage_cpu_seconds = std::move(result.stage_times.cpu_s);
   return outcome;
 }
 

@@ -91,21 +91,11 @@ std::pair<const char*, std::uint64_t> work_of(const std::string& stage, const Sc
   return {"kept points", run.kept};
 }
 
-/// Processor seconds of the tree at a time, straight between two looks.
-double cpu_at(const std::vector<TreeSample>& samples, double wall_s) {
-  const auto after = std::lower_bound(samples.begin(), samples.end(), wall_s,
-                                      [](const TreeSample& sample, double at) { return sample.wall_s < at; });
-  if (after == samples.begin()) return samples.front().cpu_s;
-  if (after == samples.end()) return samples.back().cpu_s;
-  const TreeSample &a = *(after - 1), &b = *after;
-  return a.cpu_s + (b.cpu_s - a.cpu_s) * (wall_s - a.wall_s) / std::max(b.wall_s - a.wall_s, 1e-9);
-}
-
-/// Stages end one after the other, the last when the run tells that the scan is done: their wall time is the run's own,
-/// CPU time and memory are what was seen from outside in between.
-void add_stages(const Node& seconds, const ChildRun& child, ScaleRun& run) {
+/// Times are the run's own; memory is what was seen from outside, with the last stage ending when the run tells that
+/// the scan is done.
+void add_stages(const Node& seconds, const Node& cpu_seconds, const ChildRun& child, ScaleRun& run) {
   double total = 0;
-  for (const Node::Entry& stage : seconds.entries()) total += stage.value.is_number() ? stage.value.as_number() : 0;
+  for (const Node::Entry& stage : seconds.entries()) total += number_in(seconds, stage.key.c_str());
   const std::size_t told = child.said.find("\"type\":\"scan\"");
   double end = child.wall_s;
   for (const TreeSample& sample : child.samples)
@@ -115,12 +105,12 @@ void add_stages(const Node& seconds, const ChildRun& child, ScaleRun& run) {
     }
   double from = std::max(0.0, end - total);
   for (const Node::Entry& stage : seconds.entries()) {
-    const double took = stage.value.is_number() ? stage.value.as_number() : 0;
+    const double took = number_in(seconds, stage.key.c_str());
     BenchStage row;
     row.name = stage.key;
     std::tie(row.unit, row.amount) = work_of(stage.key, run);
     row.wall_s = timing::band_of({took});
-    row.cpu_s = timing::band_of({std::max(0.0, cpu_at(child.samples, from + took) - cpu_at(child.samples, from))});
+    row.cpu_s = timing::band_of({number_in(cpu_seconds, stage.key.c_str())});
     for (const TreeSample& sample : child.samples)
       if (sample.wall_s >= from - 1e-3 * kLookEveryMs && sample.wall_s <= from + took + 1e-3 * kLookEveryMs)
         row.peak_bytes = std::max(row.peak_bytes, sample.held_bytes);
@@ -164,8 +154,8 @@ Result<ScaleRun> run_once(const ScaleChoice& choice, const std::string& folder, 
   run.wall_s = child.wall_s;
   run.peak_bytes = child.peak_held;
   run.peak_resident = child.peak_resident;
-  if (const Node* stages = scans->items()[0].find("stage_seconds"); stages && stages->is_map())
-    add_stages(*stages, child, run);
+  const Node *wall = scans->items()[0].find("stage_seconds"), *cpu = scans->items()[0].find("stage_cpu_seconds");
+  if (wall && wall->is_map() && cpu && cpu->is_map()) add_stages(*wall, *cpu, child, run);
   if (!choice.keep) TRY(store::remove_tree(out));
   return run;
 }

@@ -84,7 +84,7 @@ Result<void> finish_scan(FinishedScan& scan, const What& what, const RunFrame& f
   progress.stage("report", 0, 0);
   TRY_ASSIGN(auto sections, draw_sections(scan.sections.sections, folder));
   state_result(record, what, result);
-  const PageFrame page{frame.job, frame.tool, result.record_identity, frame.date, result.stage_seconds};
+  const PageFrame page{frame.job, frame.tool, result.record_identity, frame.date, result.stage_times.wall_s};
   TRY_ASSIGN(auto sink, store::create_file(folder + "/report.html"));
   TRY(report::write_scan_report(page_of(scan, what, files, std::move(drawn), std::move(sections), page), *sink));
   TRY(sink->commit());

@@ -78,7 +78,7 @@ Result<std::optional<ScanResult>> rewrite_scan(const std::string& archive, const
                                                std::string& refusal) {
   ScanResult result;
   result.name = scan.name;
-  StageClock clock(result.stage_seconds);
+  StageClock clock(result.stage_times);
   progress.stage("read record", 0, 0);
   if (const std::string missing = picture_missing(previous, what); !missing.empty()) {
     refusal = "it was made without " + missing;

@@ -191,8 +191,8 @@ Result<void> make_part(const std::string& archive, const ScanSpec& scan, const W
   auto make = [&](const PartTask& task) -> Result<void> {
     if (task.stage == PartStage::Verify) return verify_piece(cut, task.number, {watched, *points}, what, context);
     if (task.stage != PartStage::Mesh) return CutReduction(watched, what.lattice, what.reduce, cut).make(task, context);
-    std::vector<std::pair<std::string, double>> seconds;
-    StageClock clock(seconds);
+    StageTimes times;
+    StageClock clock(times);
     std::vector<std::string> notes;
     TRY(make_surface(*points, cleaned, *cleaned.points, what, &cut, context, progress, clock, notes));
     return {};
@@ -260,7 +260,7 @@ Result<ScanResult> run_scan(const std::string& archive, const ScanSpec& scan, co
   result.name = scan.name;
   NoteList notes;
   notes.add(scan.notes, NoteKind::Archive);
-  StageClock clock(result.stage_seconds);
+  StageClock clock(result.stage_times);
 
   TRY_ASSIGN(const auto points, ScanPoints::open(archive, scan, what.units_mm, what.format));
   for (const OpenView& view : points->views())

@@ -14,6 +14,7 @@
 #include "pipeline/cut_scan.hpp"
 #include "pipeline/discovery.hpp"
 #include "pipeline/hash_cache.hpp"
+#include "pipeline/stage_clock.hpp"
 #include "pipeline/what.hpp"
 
 namespace scanmill::pipeline {
@@ -27,7 +28,7 @@ struct ScanResult {
   std::vector<std::string> notes;
   std::vector<std::string> failed_gates;  // one sentence each
   std::string record_identity;
-  std::vector<std::pair<std::string, double>> stage_seconds;  // wall, in order
+  StageTimes stage_times;
 };
 
 /// What a report says about the run; nothing of it enters meshes or records.

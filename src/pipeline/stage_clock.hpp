@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Wall seconds of each stage of a scan, for run.json only.
+// Wall and processor seconds of each stage of a scan, for run.json only.
 #pragma once
+#include <sys/resource.h>
+
 #include <chrono>
 #include <mutex>
 #include <string>
@@ -11,20 +13,37 @@
 
 namespace scanmill::pipeline {
 
+/// By name, in the order of the stages.
+struct StageTimes {
+  std::vector<std::pair<std::string, double>> wall_s, cpu_s;  // cpu: of the whole process
+};
+
 class StageClock {
  public:
-  explicit StageClock(std::vector<std::pair<std::string, double>>& out) : out_(out), last_(Clock::now()) {}
+  explicit StageClock(StageTimes& out) : out_(out) {}
   /// What passed since the last lap was this stage's.
   void lap(const char* stage) {
     const auto now = Clock::now();
-    out_.push_back({stage, std::chrono::duration<double>(now - last_).count()});
+    const double cpu = cpu_now();
+    out_.wall_s.push_back({stage, std::chrono::duration<double>(now - last_).count()});
+    out_.cpu_s.push_back({stage, cpu - last_cpu_});
     last_ = now;
+    last_cpu_ = cpu;
   }
 
  private:
   using Clock = std::chrono::steady_clock;
-  std::vector<std::pair<std::string, double>>& out_;
-  Clock::time_point last_;
+  static double cpu_now() {
+    rusage use{};
+    getrusage(RUSAGE_SELF, &use);
+    const auto seconds = [](const timeval& t) {
+      return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
+    };
+    return seconds(use.ru_utime) + seconds(use.ru_stime);
+  }
+  StageTimes& out_;
+  Clock::time_point last_ = Clock::now();
+  double last_cpu_ = cpu_now();
 };
 
 /// Times the stages that a function tells of under the names it tells them by.

@@ -211,10 +211,13 @@ class Bench {
   }
 
   Result<void> check_same_work() const {
-    if (bench_.scans == then_->scans && bench_.points == then_->points) return {};
+    const auto told = [](const JobBench& bench) {
+      return counted(bench.scans, "scan") + " of " + counted(bench.points, "point") + " in " +
+             counted(bench.bins, "bin");
+    };
+    if (told(bench_) == told(*then_)) return {};
     return fail(Code::BadUsage,
-                "was measured on " + counted(then_->scans, "scan") + " of " + counted(then_->points, "point") +
-                    ", this job has " + counted(bench_.scans, "scan") + " of " + counted(bench_.points, "point") +
+                "was measured on " + told(*then_) + ", this job has " + told(bench_) +
                     "; give the same job and archive, or measure both again",
                 options_.against);
   }

@@ -50,6 +50,18 @@ std::uint64_t RunReport::rejected() const {
 
 namespace {
 
+Node stages_node(const std::vector<std::pair<std::string, double>>& stages) {
+  Node node = Node::map();
+  for (const auto& [stage, seconds] : stages) node.set(stage, seconds);
+  return node;
+}
+
+void read_stages(const Node* node, std::vector<std::pair<std::string, double>>& stages) {
+  if (!node || !node->is_map()) return;
+  for (const Node::Entry& stage : node->entries())
+    if (stage.value.is_number()) stages.emplace_back(stage.key, stage.value.as_number());
+}
+
 Node texts(const std::vector<std::string>& list) {
   Node node = Node::sequence();
   for (const std::string& text : list) node.push(text);
@@ -96,9 +108,8 @@ Node to_document(const ScanEntry& entry) {
   }
   node.set("seconds", entry.seconds);
   node.set("cpu_seconds", entry.cpu_seconds);
-  Node stages = Node::map();
-  for (const auto& [stage, seconds] : entry.stage_seconds) stages.set(stage, seconds);
-  node.set("stage_seconds", std::move(stages));
+  node.set("stage_seconds", stages_node(entry.stage_seconds));
+  node.set("stage_cpu_seconds", stages_node(entry.stage_cpu_seconds));
   node.set("peak_memory_bytes", entry.peak_memory);
   return node;
 }
@@ -159,9 +170,8 @@ Result<ScanEntry> entry_from(const Node& tree) {
   entry.seconds = number_in(tree, "seconds");
   entry.cpu_seconds = number_in(tree, "cpu_seconds");
   entry.peak_memory = static_cast<std::uint64_t>(number_in(tree, "peak_memory_bytes"));
-  if (const Node* stages = tree.find("stage_seconds"); stages && stages->is_map())
-    for (const Node::Entry& stage : stages->entries())
-      if (stage.value.is_number()) entry.stage_seconds.emplace_back(stage.key, stage.value.as_number());
+  read_stages(tree.find("stage_seconds"), entry.stage_seconds);
+  read_stages(tree.find("stage_cpu_seconds"), entry.stage_cpu_seconds);
   return entry;
 }
 

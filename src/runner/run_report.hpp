@@ -52,7 +52,7 @@ struct ScanEntry {
   int attempts = 0;            // in this run
   std::string started, ended;  // UTC; empty when it was not worked on
   double seconds = 0, cpu_seconds = 0;
-  std::vector<std::pair<std::string, double>> stage_seconds;
+  std::vector<std::pair<std::string, double>> stage_seconds, stage_cpu_seconds;
   std::uint64_t peak_memory = 0;  // of the process that made it, when the scan ended
   Counts counts;
   std::string record_identity;

@@ -343,6 +343,7 @@ Result<void> ScanMaker::fill(const SelectedScan& scan, const Fingerprint& finger
   entry.counts = outcome->counts;
   entry.record_identity = outcome->record_identity;
   entry.stage_seconds = outcome->stage_seconds;
+  entry.stage_cpu_seconds = outcome->stage_cpu_seconds;
   entry.failed_gates = outcome->failed_gates;
   TRY_ASSIGN(const Fingerprint after, frame_.work.fingerprint(scan.number, *scan.what));
   if (after.value != fingerprint.value)

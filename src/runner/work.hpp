@@ -57,7 +57,7 @@ struct Outcome {
   std::vector<std::string> notes;
   std::vector<std::string> failed_gates;  // one sentence each; the files stay, marked as rejected
   std::string record_identity;
-  std::vector<std::pair<std::string, double>> stage_seconds;
+  std::vector<std::pair<std::string, double>> stage_seconds, stage_cpu_seconds;  // cpu: of the process
 };
 
 /// A file of a scan's folder.

@@ -12,7 +12,9 @@ using document::Node;
 Band band_of(std::vector<double> values) {
   for (double& value : values) value = std::round(value * 1e6) / 1e6;
   std::sort(values.begin(), values.end());
-  return {values[values.size() / 2], values.front(), values.back()};
+  const std::size_t middle = values.size() / 2;
+  const double median = values.size() % 2 == 1 ? values[middle] : (values[middle - 1] + values[middle]) / 2;
+  return {median, values.front(), values.back()};
 }
 
 Node to_document(const Band& band) {

@@ -13,8 +13,7 @@ namespace scanmill::timing {
 struct Band {
   double median = 0, least = 0, greatest = 0;
 };
-/// values  at least one; of an even number the upper of the middle two is the median;
-///         rounded to microseconds, which is what the clock tells
+/// values  at least one, rounded to microseconds, which is what the clock tells
 Band band_of(std::vector<double> values);
 
 /// Beyond the noise: more than this factor.

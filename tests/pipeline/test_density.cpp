@@ -95,7 +95,7 @@ TEST(Density, TimesStagesUnderTheNamesThatProgressTells) {
   const auto run = scene.run("lattice: {bin_mm: 1}\n", "out");
   ASSERT_TRUE(run.ok()) << run.error().text();
   std::string names;
-  for (const auto& stage : run->stage_seconds) names += stage.first + " ";
+  for (const auto& stage : run->stage_times.wall_s) names += stage.first + " ";
   EXPECT_EQ(names, "open reduce stars complete merge grow optimise verify hash inputs export record pictures report ");
 }
 

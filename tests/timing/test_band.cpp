@@ -12,7 +12,7 @@ TEST(BandOf, IsMedianLeastAndGreatestInAnyOrder) {
   EXPECT_EQ(odd.median, 2);
   EXPECT_EQ(odd.least, 1);
   EXPECT_EQ(odd.greatest, 3);
-  EXPECT_EQ(even.median, 3);
+  EXPECT_EQ(even.median, 2.5);
   EXPECT_EQ(one.median, 0.123456);
   EXPECT_EQ(band_text(odd), "2.0000 [1.0000, 3.0000]");
 }
