@@ -18,8 +18,15 @@ std::string processor_name();
 /// Highest resident memory of this process so far.
 std::uint64_t peak_memory();
 
-/// User and system time of this process so far.
-double cpu_seconds();
+/// Time of this process on processors so far.
+struct CpuTimes {
+  double user_s = 0, system_s = 0;
+};
+CpuTimes cpu_times();
+inline double cpu_seconds() {
+  const CpuTimes times = cpu_times();
+  return times.user_s + times.system_s;
+}
 
 /// Caps the private memory of this process: an allocation beyond it fails, and the scan at hand with it.
 /// errors  BadUsage when the cap is below what the process needs by itself

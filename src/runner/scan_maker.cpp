@@ -285,10 +285,21 @@ Result<std::unique_ptr<ScanLog>> ScanMaker::begin_log(const SelectedScan& scan, 
   return log;
 }
 
+/// Where the processor had more to do with moving memory than with the scan, the operator should know what helps.
+std::string paging_note(const paged::Usage& used, double user_s, double system_s) {
+  if (used.most_in_file == 0 || system_s < 5 || system_s < user_s) return {};
+  const auto whole = [](double seconds) { return std::to_string(static_cast<long>(seconds + 0.5)); };
+  return whole(system_s) + " of " + whole(user_s + system_s) +
+         " CPU seconds went into moving memory to disk and back, up to " + bytes_text(used.most_in_file) +
+         " of it: points that lie far apart, or too many bins for the memory; more memory (resources.memory, --memory) "
+         "or larger bins would spare that";
+}
+
 /// From an empty folder to the switch.
 Result<void> ScanMaker::attempt(const SelectedScan& scan, const Fingerprint& fingerprint, ScanEntry& entry, int threads,
                                 std::uint64_t memory, Progress& progress) const {
   ++entry.attempts;
+  const CpuTimes before = cpu_times();
   TRY_ASSIGN(const auto log, begin_log(scan, entry, threads, progress));
   TRY_ASSIGN(const std::string folder, frame_.tree.begin_attempt(scan.task.name));
   auto made = fill(scan, fingerprint, folder, entry, threads, memory, *log);
@@ -301,6 +312,10 @@ Result<void> ScanMaker::attempt(const SelectedScan& scan, const Fingerprint& fin
     (void)store::remove_tree(folder);
     return made;
   }
+  const CpuTimes times = cpu_times();
+  if (std::string note = paging_note(paged::usage(), times.user_s - before.user_s, times.system_s - before.system_s);
+      !note.empty())
+    entry.notes.push_back(std::move(note));
   for (const std::string& note : entry.notes) log->line("note: " + note);
   for (const std::string& gate : entry.failed_gates) log->line("gate failed: " + gate);
   for (const auto& [stage, seconds] : entry.stage_seconds)
