@@ -154,8 +154,10 @@ Result<MadeSurface> make_surface(const ScanPoints& points, const CleanedScan& cl
                                  StageClock& clock, std::vector<std::string>& notes) {
   if (cut) {
     TRY_ASSIGN(auto kept, kept_surface(*cut));
-    clock.lap("mesh");
-    if (kept) return *std::move(kept);
+    if (kept) {
+      clock.lap("mesh");
+      return *std::move(kept);
+    }
   }
   const WatchedPoints watched(source, "reduce", progress);
   auto reduced = cut ? reduce_in_parts(source, what, *cut, context, progress)
@@ -297,7 +299,8 @@ Result<ScanResult> run_scan(const std::string& archive, const ScanSpec& scan, co
   ScanResults all{archive, scan, what, *points, cleaned, {}, {}};
   all.refined = &refined;
   TRY_ASSIGN(all.quality, verify::quality_of(made->surface.mesh, context));
-  TRY_ASSIGN(Fit fit, parts ? measure_fit_in_pieces(*parts, *made, {source, *points}, what, context)
+  TRY_ASSIGN(Fit fit, parts ? measure_fit_in_pieces(*parts, *made, {WatchedPoints(source, "verify", progress), *points},
+                                                    what, context)
                             : measure_fit(made->surface, made->reduction.cloud, source, what, context, progress));
   // Which blocks were read is known when all pieces are there.
   if (parts)
