@@ -129,7 +129,7 @@ void Scheduler::put_on_list(std::size_t scan) {
   bytes_all_ += item.bytes;
   const CutParts parts = p_.journal ? p_.maker.parts_of(p_.selection.scans[scan]) : CutParts{};
   if (parts.waves.empty()) return list_.add(item);
-  cut_[scan] = {parts.waves, 0, 0, item.bytes, {}, {}};
+  cut_[scan] = {parts.waves, parts.whole_from, 0, 0, item.bytes, {}, {}, false};
   put_next_wave(scan);
 }
 
@@ -144,6 +144,7 @@ void Scheduler::put_next_wave(std::size_t scan) {
     cut_.erase(scan);
     return list_.add(item);
   }
+  if (cut.next >= cut.whole_from) item.memory = std::max(item.memory, memory_guess(cut.bytes));
   const std::vector<std::string>& wave = cut.waves[cut.next++];
   cut.left = wave.size();
   item.bytes = std::max<std::uint64_t>(1, cut.bytes / wave.size());
