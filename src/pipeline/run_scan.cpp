@@ -298,6 +298,7 @@ Result<ScanResult> run_scan(const std::string& archive, const ScanSpec& scan, co
 
   ScanResults all{archive, scan, what, *points, cleaned, {}, {}};
   all.refined = &refined;
+  progress.stage("verify", 0, 0);
   TRY_ASSIGN(all.quality, verify::quality_of(made->surface.mesh, context));
   TRY_ASSIGN(Fit fit, parts ? measure_fit_in_pieces(*parts, *made, {WatchedPoints(source, "verify", progress), *points},
                                                     what, context)
