@@ -11,9 +11,10 @@ constexpr std::size_t kGrain = 4096;
 /// A ball of this radius (bin edges) between two measured points, with no kept point in it, is a void: kept points may
 /// face each other over 2 h, and four of them at the corners of a rectangle over more than g1, 2.5 h.
 constexpr double kVoid = 1.0;
-constexpr double kFarthestPair = 2.2;  // bin edges: winners of neighbouring bins
-constexpr double kOneFace = 0.7;       // least cosine of normals on one face
-constexpr double kFlat = 0.2;          // greatest residual there, bin edges
+constexpr double kFarthestPair = 2.2;   // bin edges: winners of neighbouring bins
+constexpr double kOneFace = 0.7;        // least cosine of normals on one face
+constexpr double kFlat = 0.2;           // greatest residual there, bin edges
+constexpr std::size_t kMostLoose = 16;  // one row in so many: with more of them, windows are wide everywhere
 constexpr double kLeastStep = 0.5;  // of c2: nearer to a kept point than that, a point would close little of the void
 
 /// Points around one, kept from row to row for their memory.
@@ -30,6 +31,7 @@ struct Thinning {
   const std::vector<Vec3>& position;
   double limit2;
   const Context& context;
+  std::vector<std::uint8_t> wide = {};  // per row; none: all are
 
   bool is_before(std::size_t a, std::size_t b) const { return order[a] != order[b] ? order[a] < order[b] : a < b; }
   bool on_two_sides(std::size_t a, std::size_t b) const {
@@ -43,6 +45,9 @@ struct Thinning {
   }
   double distance2(std::size_t a, std::size_t b) const { return norm2(position[a] - position[b]); }
 
+  /// Fills `wide`. Points nearer than c2 whose positions have not left the measured points by more than half of what c2
+  /// leaves of a bin edge lie in bins that touch; only around points that have does one look farther.
+  void find_wide();
   /// The greedy set among the marked rows, which are `rows` in order: 1 where a row is in it. `close`, where there is
   /// one: 1 for rows found to lie nearer to a kept one than half c2, as is seen in passing; 0 tells nothing.
   std::vector<std::uint8_t> greedy(const std::vector<std::uint8_t>& marked, const Rows& rows,
@@ -53,6 +58,23 @@ struct Thinning {
   bool is_beside_void(std::size_t row, const std::vector<std::uint8_t>& marked, const std::vector<std::uint8_t>& kept,
                       BinIndex::Reader& reader, Scratch& near) const;
 };
+
+void Thinning::find_wide() {
+  const double loose = (cloud.lattice.edge_mm - std::sqrt(limit2)) / 2 * (1 - 1e-9);
+  if (!(loose > 0)) return;
+  Rows rows;
+  for (std::size_t row = 0; row < cloud.size(); ++row)
+    if (norm2(position[row] - cloud.measured[row]) > loose * loose) rows.push_back(static_cast<std::uint32_t>(row));
+  if (rows.size() > cloud.size() / kMostLoose) return;
+  wide.assign(cloud.size(), 0);
+  BinIndex::Reader reader(cloud.index);
+  std::vector<std::int32_t> around;
+  for (const std::uint32_t row : rows) {
+    around.clear();
+    reader.window(cloud.bins[row], 2, around);
+    for (const std::int32_t near : around) wide[static_cast<std::size_t>(near)] = 1;
+  }
+}
 
 std::vector<std::uint8_t> Thinning::greedy(const std::vector<std::uint8_t>& marked, const Rows& rows,
                                            std::vector<std::uint8_t>* close) const {
@@ -68,7 +90,7 @@ std::vector<std::uint8_t> Thinning::greedy(const std::vector<std::uint8_t>& mark
       const std::size_t row = rows[i];
       first[i] = static_cast<std::uint32_t>(rivals[piece].size());
       around.clear();
-      reader.window(cloud.bins[row], 2, around);
+      reader.window(cloud.bins[row], wide.empty() || wide[row] ? 2 : 1, around);
       for (const std::int32_t near : around) {
         const auto other = static_cast<std::size_t>(near);
         if (!marked[other] || !is_before(other, row)) continue;  // nor before itself
@@ -179,7 +201,8 @@ Rows Thinning::beside_voids(const std::vector<std::uint8_t>& marked, const std::
 void thin(ReducedCloud& cloud, const std::vector<double>& order, double distance_bins, bool on_projected,
           const Context& context) {
   const double limit = distance_bins * cloud.lattice.edge_mm;
-  const Thinning thinning{cloud, order, on_projected ? cloud.projected : cloud.measured, limit * limit, context};
+  Thinning thinning{cloud, order, on_projected ? cloud.projected : cloud.measured, limit * limit, context};
+  thinning.find_wide();
   std::vector<std::uint8_t> marked(cloud.size());
   Rows rows;
   for (std::size_t row = 0; row < cloud.size(); ++row) {
