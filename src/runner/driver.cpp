@@ -27,6 +27,7 @@
 #include "runner/scheduler.hpp"
 #include "runner/slurm_executor.hpp"
 #include "runner/slurm_waves.hpp"
+#include "runner/task_signs.hpp"
 #include "store/files.hpp"
 
 namespace scanmill::runner {
@@ -153,6 +154,7 @@ class Driver {
     auto lock = OutputLock::take(tree_.lock_file(), held_by);
     if (!lock) return refuse(lock.error(), held_by.empty() ? kExitInternal : kExitBusy);
     lock_ = std::make_unique<OutputLock>(*std::move(lock));
+    if (auto rested = wait_for_no_task(tree_); !rested) return refuse(rested.error(), kExitBusy);
     if (auto closed = abandon_waves(tree_, is_slurm()); !closed) return refuse(closed.error(), kExitBusy);
     if (!has_open_waves(tree_))
       if (auto removed = tree_.remove_leftovers(); !removed) return give_up(removed.error());

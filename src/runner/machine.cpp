@@ -10,6 +10,7 @@
 #include <cstdio>
 #include <ctime>
 #include <fstream>
+#include <sstream>
 
 #include "base/paged_memory.hpp"
 #include "base/text.hpp"
@@ -47,6 +48,30 @@ std::uint64_t usable_memory() {
 std::string host_name() {
   utsname name;
   return uname(&name) == 0 ? name.nodename : "unknown";
+}
+
+std::string process_space() {
+  std::string boot;
+  std::ifstream("/proc/sys/kernel/random/boot_id") >> boot;
+  char space[64];
+  const ssize_t length = readlink("/proc/self/ns/pid", space, sizeof space);
+  if (boot.empty() || length <= 0) return {};
+  return boot + " " + std::string(space, static_cast<std::size_t>(length));
+}
+
+std::optional<ProcessSign> look_at_process(int pid) {
+  std::ifstream file("/proc/" + std::to_string(pid) + "/stat");
+  std::string line;
+  if (pid <= 0 || !std::getline(file, line)) return std::nullopt;
+  const std::size_t name_end = line.rfind(')');  // the name may hold anything
+  if (name_end == std::string::npos) return std::nullopt;
+  std::istringstream rest(line.substr(name_end + 1));
+  ProcessSign sign;
+  if (!(rest >> sign.state) || sign.state == 'Z' || sign.state == 'X') return std::nullopt;
+  std::string skipped;
+  for (int field = 4; field < 22; ++field) rest >> skipped;
+  if (!(rest >> sign.began)) return std::nullopt;
+  return sign;
 }
 
 std::string processor_name() {

@@ -18,6 +18,7 @@
 #include "runner/quarantine.hpp"
 #include "runner/run_report.hpp"
 #include "runner/slurm_waves.hpp"
+#include "runner/task_signs.hpp"
 #include "store/files.hpp"
 
 namespace scanmill::runner {
@@ -175,7 +176,8 @@ int cancel_run(const std::string& out, Console& console) {
   if (!live.tree || (live.is_here && !live.is_alive)) {
     event.set("asked", false);
     // Its work on a cluster outlives a driver that was killed.
-    const auto closed = abandon_waves(tree, false);
+    const auto rested = wait_for_no_task(tree);
+    const auto closed = rested ? abandon_waves(tree, false) : Result<std::size_t>(rested.error());
     if (!closed) {
       console.complain(closed.error());
       return kExitBusy;
