@@ -107,8 +107,15 @@ void Scheduler::sort_out() {
       continue;
     }
     entry = std::move(judgement.entry);
+    leave_quarantine(entry);
     show(entry);
   }
+}
+
+/// A good result stands: what was held against the scan is over, also when the file that failed was put back.
+void Scheduler::leave_quarantine(const ScanEntry& entry) {
+  if (p_.journal && (entry.fate == ScanFate::Done || entry.fate == ScanFate::Unchanged))
+    p_.quarantine.remove(entry.name);
 }
 
 void Scheduler::show(ScanEntry& entry) {
@@ -486,7 +493,7 @@ void Scheduler::finish_scan(const WorkItem& item, const Ended& ended, const std:
   ScanEntry& entry = p_.report.scans[item.scan];
   bytes_done_ += item.bytes;
   core_seconds_ += ended.seconds * ended.order.threads;
-  if (entry.fate == ScanFate::Done) p_.quarantine.remove(entry.name);
+  leave_quarantine(entry);
   const bool stays = entry.failure == FailureClass::BadInput || entry.failure == FailureClass::Resource ||
                      entry.failure == FailureClass::Internal;
   if (stays && p_.journal && (entry.fate == ScanFate::Failed || entry.fate == ScanFate::Stale)) {
@@ -496,9 +503,10 @@ void Scheduler::finish_scan(const WorkItem& item, const Ended& ended, const std:
               p_.work.fingerprint(p_.selection.scans[item.scan].number, *p_.selection.scans[item.scan].what))
         known = now->value;
     if (!known.empty())
-      p_.quarantine.add(entry.name, {known, entry.error.text(), entry.failure, utc_now(), entry.attempts,
-                                     entry.failure == FailureClass::Resource ? p_.memory : 0,
-                                     ended.over_time ? p_.how.scan_time_limit_s : 0});
+      p_.quarantine.add(
+          entry.name, {known, entry.error.text(), entry.failure, utc_now(), entry.attempts,
+                       entry.failure == FailureClass::Resource ? p_.memory : 0,
+                       ended.over_time ? p_.how.scan_time_limit_s : 0, entry.error.where == "disk" ? p_.how.disk : 0});
   }
   show(entry);
 }

@@ -43,6 +43,7 @@ class Scheduler {
   using Clock = std::chrono::steady_clock;
 
   void sort_out();
+  void leave_quarantine(const ScanEntry& entry);
   void show(ScanEntry& entry);
   void put_on_list(std::size_t scan);
   void put_next_wave(std::size_t scan);

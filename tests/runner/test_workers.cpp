@@ -9,6 +9,7 @@
 #include "fake_work.hpp"
 #include "runner/driver.hpp"
 #include "runner/journal.hpp"
+#include "runner/quarantine.hpp"
 
 namespace scanmill::runner {
 namespace {
@@ -118,6 +119,39 @@ TEST_F(Workers, AreGivenAnotherTryWhenTheTimeLimitIsRaised) {
   EXPECT_EQ(state("slow"), "quarantined");
   EXPECT_EQ(run(limit("20s")), 0) << text;
   EXPECT_EQ(state("slow"), "done");
+}
+
+TEST_F(Workers, AreGivenAnotherTryWhenTheDiskLimitIsRaised) {
+  scan("large", "large");
+  work.before_end = [&](const std::string& name) {
+    count_try(name);
+    if (tries(name) > 1) return;
+    std::vector<std::vector<char>> held;
+    for (;;) held.emplace_back(16u << 20, 'x');  // until memory and file are used up
+  };
+  const auto disk = [](std::uint64_t bytes) { return [bytes](RunOptions& options) { options.disk = bytes; }; };
+  EXPECT_EQ(run(disk(100u << 20)), 3) << text;
+  EXPECT_EQ(error("large", "class"), "resource");
+  EXPECT_NE(error("large", "text").find("disk: "), std::string::npos) << error("large", "text");
+  EXPECT_EQ(run(disk(100u << 20)), 0) << text;
+  EXPECT_EQ(state("large"), "quarantined");
+  EXPECT_EQ(run(disk(50u << 20)), 0) << text;
+  EXPECT_EQ(state("large"), "quarantined");
+  EXPECT_EQ(run(disk(200u << 20)), 0) << text;
+  EXPECT_EQ(state("large"), "done");
+  EXPECT_TRUE(Quarantine::load(root + "/out/quarantine.json").names().empty());
+}
+
+TEST(Quarantine, IsLiftedByMoreOfWhatWasMissing) {
+  Quarantine quarantine;
+  quarantine.add("a", {"print", "text", FailureClass::Resource, {}, 1, 200, 0, 100});
+  using Limits = Quarantine::Limits;
+  EXPECT_NE(quarantine.find("a", "print", Limits{200, 60, 100}), nullptr);
+  EXPECT_NE(quarantine.find("a", "print", Limits{100, 60, 50}), nullptr);
+  EXPECT_EQ(quarantine.find("a", "print", Limits{200, 60, 101}), nullptr);
+  EXPECT_EQ(quarantine.find("a", "print", Limits{200, 60, 0}), nullptr) << "without a limit";
+  EXPECT_EQ(quarantine.find("a", "print", Limits{201, 60, 100}), nullptr);
+  EXPECT_EQ(quarantine.find("a", "other", Limits{200, 60, 100}), nullptr);
 }
 
 TEST_F(Workers, ThatDieLeaveNothingBehind) {
