@@ -14,18 +14,13 @@
 
 #include "base/paged_memory.hpp"
 #include "base/text.hpp"
+#include "runner/control_group.hpp"
 
 namespace scanmill::runner {
 namespace {
 
 // Measured on an idle process with all libraries loaded and a pool of two threads: 50 MB.
 constexpr std::uint64_t kBaseMemory = 64ull << 20;
-
-std::uint64_t number_in(const char* path) {
-  std::ifstream file(path);
-  std::uint64_t value = 0;
-  return file >> value ? value : 0;
-}
 
 }  // namespace
 
@@ -38,11 +33,10 @@ int usable_cores() {
 
 std::uint64_t usable_memory() {
   const long pages = sysconf(_SC_PHYS_PAGES), page = sysconf(_SC_PAGESIZE);
-  std::uint64_t least =
+  const std::uint64_t whole =
       pages > 0 && page > 0 ? static_cast<std::uint64_t>(pages) * static_cast<std::uint64_t>(page) : 0;
-  for (const char* path : {"/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory/memory.limit_in_bytes"})
-    if (const std::uint64_t limit = number_in(path); limit > 0) least = least == 0 ? limit : std::min(least, limit);
-  return least;
+  const std::uint64_t limit = group_memory_limit();
+  return whole > 0 && limit > 0 ? std::min(whole, limit) : std::max(whole, limit);
 }
 
 std::string host_name() {
