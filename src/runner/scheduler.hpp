@@ -54,6 +54,7 @@ class Scheduler {
   void start_ready();
   bool may_start(const WorkItem& item, const Order& order);
   bool settles(WorkItem& item);
+  void leave_for_later(std::size_t scan, const std::string& why);
   void end(Ended&& ended);
   void take_over_death(Ended& ended, ScanEntry& entry) const;
   bool goes_again(WorkItem item, const Ended& ended, const ScanEntry& entry);

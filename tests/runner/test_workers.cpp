@@ -14,6 +14,11 @@
 namespace scanmill::runner {
 namespace {
 
+std::int64_t now_ns() {
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::system_clock::now().time_since_epoch())
+      .count();
+}
+
 class Workers : public RunnerTest {
  protected:
   void scan(const std::string& name, const std::string& words) { spill(root + "/archive/" + name + ".txt", words); }
@@ -261,8 +266,7 @@ TEST_F(Workers, WaitForFilesToSettle) {
   scan("b", "young");
   // Changed half a second before it would have settled.
   const auto began = std::chrono::steady_clock::now();
-  const std::int64_t now =
-      std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::system_clock::now().time_since_epoch()).count();
+  const std::int64_t now = now_ns();
   work.changed_ns = [now](const std::string& name) { return name == "b" ? now - 1'500'000'000 : 0; };
   EXPECT_EQ(run(), 0) << text;
   EXPECT_EQ(state("b"), "done");
@@ -270,6 +274,33 @@ TEST_F(Workers, WaitForFilesToSettle) {
             std::string::npos)
       << text;
   EXPECT_GE(std::chrono::steady_clock::now() - began, std::chrono::milliseconds(400));
+}
+
+TEST_F(Workers, WatchFilesFromTheFutureInPlaceOfTheirDates) {
+  job_text = "scanmill: 1\narchive: archive\nsettle_s: 1\nlattice: {bin_mm: 1}\n";
+  scan("a", "one");
+  const std::int64_t tomorrow = now_ns() + 86'400'000'000'000;
+  work.changed_ns = [tomorrow](const std::string&) { return tomorrow; };
+  const auto began = std::chrono::steady_clock::now();
+  EXPECT_EQ(run(), 0) << text;
+  const auto took = std::chrono::steady_clock::now() - began;
+  EXPECT_GE(took, std::chrono::milliseconds(900));
+  EXPECT_LT(took, std::chrono::seconds(5)) << "ten waits are for files that change";
+  EXPECT_NE(text.find("is dated 23:59:5"), std::string::npos) << text;
+}
+
+TEST_F(Workers, LeaveFilesThatKeepChangingForTheNextNight) {
+  job_text = "scanmill: 1\narchive: archive\nsettle_s: 1\nlattice: {bin_mm: 1}\n";
+  scan("a", "old");
+  scan("b", "growing");
+  work.changed_ns = [](const std::string& name) { return name == "b" ? now_ns() - 900'000'000 : 0; };
+  EXPECT_EQ(run(), 75) << text;
+  EXPECT_EQ(state("a"), "done");
+  EXPECT_EQ(state("b"), "pending");
+  EXPECT_NE(text.find("b: note: put off: its files kept changing"), std::string::npos) << text;
+  work.changed_ns = {};
+  EXPECT_EQ(run(), 0) << text;
+  EXPECT_EQ(state("b"), "done");
 }
 
 TEST_F(Workers, LeaveAJournalOfEveryStartAndEnd) {
