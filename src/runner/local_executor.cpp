@@ -225,7 +225,7 @@ class LocalExecutor final : public Executor {
   }
 
   void take_on(const Order& order, int pid, int pipe, std::uint64_t memory, bool reused) {
-    running_.push_back({order, pid, Clock::now(), "start", 0, 0});
+    running_.push_back({order, pid, Clock::now(), "start", 0, 0, Clock::now()});
     Child child;
     child.pipe = pipe;
     child.memory = memory;
@@ -272,6 +272,7 @@ class LocalExecutor final : public Executor {
       child.pipe = -1;
       return;
     }
+    running_[i].heard = Clock::now();
     child.text.append(buffer, static_cast<std::size_t>(n));
     for (std::size_t end = child.text.find('\n'); end != std::string::npos; end = child.text.find('\n')) {
       take(child.text.substr(0, end), running_[i], child);

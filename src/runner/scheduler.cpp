@@ -237,7 +237,7 @@ void Scheduler::listen() {
   if (!draining_ && running > 0 && !p_.stop.flag.is_set()) {
     draining_ = true;
     p_.executor.drain();
-    remark_ = "ending";
+    remark_ = "stopping: what is at work is brought to its end; once more stops at once";
     p_.console.remark("stopping: " + counted(running, "scan") + (running == 1 ? " is" : " are") +
                       " brought to the end; once more stops at once");
   }
@@ -547,8 +547,9 @@ void Scheduler::keep_state() {
 }
 
 RunPicture Scheduler::picture() const {
-  return {p_.report, p_.executor.running(), names_, list_.size(), bytes_done_, bytes_all_,
-          remark_,   seconds_since(began_)};
+  return {p_.report,    p_.executor.running(), names_,
+          list_.size(), bytes_done_,           bytes_all_,
+          remark_,      seconds_since(began_), p_.stop.signal != 0};
 }
 
 }  // namespace scanmill::runner
