@@ -107,6 +107,10 @@ class Driver {
     selection_ = *std::move(selection);
     if (auto enough = check_cap(); !enough) return refuse(enough.error(), kExitUsage);
     report_.notes = selection_.notes;
+    if (const std::uint64_t there = usable_memory(); !is_slurm() && there > 0 && report_.memory_cap > there)
+      report_.notes.push_back("memory cap: found " + bytes_text(report_.memory_cap) +
+                              "; this machine, or its control group, has " + bytes_text(there) +
+                              ": the system may kill what takes more");
     for (const std::string& note : report_.notes) console_.note("", note);
     report_.scans.reserve(selection_.scans.size());
     for (const SelectedScan& scan : selection_.scans) {

@@ -191,6 +191,7 @@ class LocalExecutor final : public Executor {
     for (const Child& other : children_) close(other.pipe);
     if (options_.in_child) options_.in_child();
     signal(SIGINT, SIG_IGN);  // Ctrl-C reaches all processes of a terminal; the driver decides what it means
+    signal(SIGHUP, SIG_IGN);  // likewise, when the terminal goes
     signal(SIGUSR1, SIG_IGN);
     for (int made = 1;; ++made) {
       if (order.memory) (void)cap_memory(order.memory);

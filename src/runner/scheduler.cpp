@@ -72,6 +72,7 @@ Scheduler::Scheduler(Parts parts)
 }
 
 int Scheduler::run() {
+  tell_of_deadline();
   recall_memory();
   sort_out();
   tell_of_waits();
@@ -171,6 +172,13 @@ WorkItem Scheduler::take_from_work(const Order& order) {
   item = *found;
   at_work_.erase(found);
   return item;
+}
+
+/// The minute that was meant may just have gone by.
+void Scheduler::tell_of_deadline() {
+  constexpr std::int64_t kAlmostADay_s = 23 * 3600;
+  if (deadline_ && *deadline_ - std::time(nullptr) > kAlmostADay_s)
+    p_.console.note("", "resources.until: this time of day has just gone by; it is taken as tomorrow's");
 }
 
 /// Minutes may pass before the first scan starts: an operator must not take that for a hang.

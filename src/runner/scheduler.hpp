@@ -49,6 +49,7 @@ class Scheduler {
   void put_next_wave(std::size_t scan);
   void end_part(const WorkItem& item, Ended&& ended);
   WorkItem take_from_work(const Order& order);
+  void tell_of_deadline();
   void tell_of_waits();
   void listen();
   void start_ready();

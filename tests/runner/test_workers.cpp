@@ -337,6 +337,25 @@ TEST_F(Workers, StartNothingThatWouldNotEndInTime) {
   EXPECT_EQ(state("a"), "done") << "two minutes are enough for what takes no time";
 }
 
+TEST_F(Workers, SayThatTheTimeToEndHasJustGoneBy) {
+  scan("a", "one");
+  const std::time_t now = std::time(nullptr) - 60;
+  std::tm parts{};
+  localtime_r(&now, &parts);
+  char time_of_day[8];
+  std::strftime(time_of_day, sizeof time_of_day, "%H:%M", &parts);
+  EXPECT_EQ(run([&](RunOptions& o) { o.sets = {"resources.until=\"" + std::string(time_of_day) + "\""}; }), 0) << text;
+  EXPECT_NE(text.find("resources.until: this time of day has just gone by"), std::string::npos) << text;
+}
+
+TEST_F(Workers, SayWhenTheCapIsMoreThanTheMachineHas) {
+  scan("a", "one");
+  EXPECT_EQ(run(), 0) << text;
+  EXPECT_EQ(text.find("memory cap"), std::string::npos) << text;
+  EXPECT_EQ(run([](RunOptions& o) { o.memory = 1ull << 50; }), 0) << text;
+  EXPECT_NE(text.find("note: memory cap: found 1024 TiB; this machine"), std::string::npos) << text;
+}
+
 TEST_F(Workers, RefuseToFillTheDisk) {
   scan("a", "one");
   EXPECT_EQ(run([](RunOptions& o) { o.sets = {"resources.disk=1"}; }), 1) << text;
