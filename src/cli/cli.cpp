@@ -32,6 +32,7 @@ namespace {
 runner::Stop g_stop;  // the one global: signal handlers take no argument
 
 extern "C" void on_signal(int number) {
+  if (number == SIGHUP && g_stop.signal != 0) return;  // kernel and shell both send one when a terminal goes
   if (!g_stop.request(number)) return;
   signal(number, SIG_DFL);
   raise(number);
@@ -46,6 +47,9 @@ void install_handlers() {
   action.sa_flags = SA_RESTART;
   sigemptyset(&action.sa_mask);
   for (const int signal : {SIGINT, SIGTERM}) sigaction(signal, &action, nullptr);
+  struct sigaction hangup {};
+  if (sigaction(SIGHUP, nullptr, &hangup) == 0 && hangup.sa_handler != SIG_IGN)  // else nohup wants it to go on
+    sigaction(SIGHUP, &action, nullptr);
   action.sa_handler = on_snapshot;
   sigaction(SIGUSR1, &action, nullptr);
   ::signal(SIGXFSZ, SIG_IGN);  // a limit on the size of files (ulimit -f) fails a write, as a full disk does

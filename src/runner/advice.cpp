@@ -24,6 +24,10 @@ std::string for_failure(const ScanEntry& entry) {
     case FailureClass::BadInput:
       return for_input(entry.error);
     case FailureClass::Resource:
+      if (entry.error.where == "disk" || entry.error.message.starts_with("disk: "))
+        return "Raise resources.disk (--disk), or resources.memory (--memory) so that less is paged, or choose a "
+               "larger "
+               "lattice.bin_mm for this scan under overrides:.";
       return "Raise resources.memory (--memory), or choose a larger lattice.bin_mm for this scan under overrides:" +
              (entry.peak_memory > 0 ? "; it held " + bytes_text(entry.peak_memory) + " at its peak." : ".");
     case FailureClass::Transient:
@@ -53,7 +57,9 @@ FailureClass failure_of(const ScanEntry& entry) {
 std::string advice_for(const ScanEntry& entry) {
   std::string advice = for_failure(entry);
   if (entry.fate == ScanFate::Quarantined)
-    return "Skipped until a file, a key or the program changes, or until --only names it. " + advice;
+    return std::string("Skipped until a file, a key or the program changes, ") +
+           (failure_of(entry) == FailureClass::Resource ? "there is more for it, " : "") +
+           "or until --only names it. " + advice;
   if (entry.fate == ScanFate::Stale) return advice + " The last good result is kept meanwhile.";
   if (!advice.empty()) return advice;
   if (!entry.failed_gates.empty())

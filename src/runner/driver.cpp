@@ -27,6 +27,7 @@
 #include "runner/scheduler.hpp"
 #include "runner/slurm_executor.hpp"
 #include "runner/slurm_waves.hpp"
+#include "runner/task_signs.hpp"
 #include "store/files.hpp"
 
 namespace scanmill::runner {
@@ -106,6 +107,10 @@ class Driver {
     selection_ = *std::move(selection);
     if (auto enough = check_cap(); !enough) return refuse(enough.error(), kExitUsage);
     report_.notes = selection_.notes;
+    if (const std::uint64_t there = usable_memory(); !is_slurm() && there > 0 && report_.memory_cap > there)
+      report_.notes.push_back("memory cap: found " + bytes_text(report_.memory_cap) +
+                              "; this machine, or its control group, has " + bytes_text(there) +
+                              ": the system may kill what takes more");
     for (const std::string& note : report_.notes) console_.note("", note);
     report_.scans.reserve(selection_.scans.size());
     for (const SelectedScan& scan : selection_.scans) {
@@ -153,6 +158,7 @@ class Driver {
     auto lock = OutputLock::take(tree_.lock_file(), held_by);
     if (!lock) return refuse(lock.error(), held_by.empty() ? kExitInternal : kExitBusy);
     lock_ = std::make_unique<OutputLock>(*std::move(lock));
+    if (auto rested = wait_for_no_task(tree_); !rested) return refuse(rested.error(), kExitBusy);
     if (auto closed = abandon_waves(tree_, is_slurm()); !closed) return refuse(closed.error(), kExitBusy);
     if (!has_open_waves(tree_))
       if (auto removed = tree_.remove_leftovers(); !removed) return give_up(removed.error());

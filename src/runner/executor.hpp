@@ -29,6 +29,7 @@ struct Running {
   std::chrono::steady_clock::time_point began;
   std::string stage;
   std::uint64_t done = 0, total = 0;
+  std::chrono::steady_clock::time_point heard = {};  // its latest sign; nothing where the executor does not say
 };
 
 /// An attempt that came to an end.

@@ -18,8 +18,8 @@ using document::shown;
 constexpr std::string_view kOwnKeys[] = {"scanmill", "archive",  "scans", "overrides", "resources", "executor",
                                          "strict",   "settle_s", "retry", "notify",    "cluster",   "brick"};
 constexpr std::string_view kTextResources[] = {"memory", "disk", "scan_time_limit", "until"};
-const Field kSettle =
-    field<How, &How::settle_s>("settle_s", "", "Files changed less than this ago are waited for.", {0, 86400});
+const Field kSettle = field<How, &How::settle_s>(
+    "settle_s", "", "Files changed less than this ago are waited for, ten times at most.", {0, 86400});
 constexpr std::string_view kExecutors[] = {"inline", "local", "slurm"};
 
 bool among(std::string_view word, std::span<const std::string_view> words) {

@@ -22,8 +22,9 @@ std::string names_text(const std::vector<std::string>& names) {
   return text;
 }
 
-std::string no_match(const std::string& pattern, const std::vector<std::string>& names) {
-  std::string text = "found no scan that matches '" + pattern + "'; the archive holds " + names_text(names);
+std::string no_match(const std::string& pattern, const std::vector<std::string>& names, bool list_names) {
+  std::string text = "found no scan that matches '" + pattern + "'";
+  if (list_names) text += "; the archive holds " + names_text(names);
   const std::vector<std::string_view> words(names.begin(), names.end());
   const std::string_view nearest = nearest_name(pattern, words);
   if (!nearest.empty()) text += "; nearest " + std::string(nearest);
@@ -73,14 +74,15 @@ struct Idle {
 
 Idle idle_patterns(const Job& job, std::span<const std::string> only, const std::vector<std::string>& names) {
   Idle idle;
-  const auto check = [&](std::span<const std::string> patterns, const std::string& place, auto& list) {
+  const auto check = [&](std::span<const std::string> patterns, const std::string& place, auto& list, bool list_names) {
     for (const std::string& pattern : patterns)
-      if (!any_matches(pattern, names)) list.push_back(place + ": " + no_match(pattern, names));
+      if (!any_matches(pattern, names)) list.push_back(place + ": " + no_match(pattern, names, list_names));
   };
-  check(job.scans, job.path + ": scans", idle.selecting);
-  check(only, "command line: --only", idle.selecting);
+  check(job.scans, job.path + ": scans", idle.selecting, true);
+  check(only, "command line: --only", idle.selecting, true);
   for (const Override& entry : job.overrides)
-    check(entry.scans, document::place(job.path, entry.what.mark) + ": overrides.scans", idle.changing);
+    check(entry.scans, document::place(job.path, entry.what.mark) + ": overrides.scans", idle.changing,
+          false);  // each night, once it vanished
   return idle;
 }
 

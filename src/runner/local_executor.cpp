@@ -191,6 +191,7 @@ class LocalExecutor final : public Executor {
     for (const Child& other : children_) close(other.pipe);
     if (options_.in_child) options_.in_child();
     signal(SIGINT, SIG_IGN);  // Ctrl-C reaches all processes of a terminal; the driver decides what it means
+    signal(SIGHUP, SIG_IGN);  // likewise, when the terminal goes
     signal(SIGUSR1, SIG_IGN);
     for (int made = 1;; ++made) {
       if (order.memory) (void)cap_memory(order.memory);
@@ -225,7 +226,7 @@ class LocalExecutor final : public Executor {
   }
 
   void take_on(const Order& order, int pid, int pipe, std::uint64_t memory, bool reused) {
-    running_.push_back({order, pid, Clock::now(), "start", 0, 0});
+    running_.push_back({order, pid, Clock::now(), "start", 0, 0, Clock::now()});
     Child child;
     child.pipe = pipe;
     child.memory = memory;
@@ -272,6 +273,7 @@ class LocalExecutor final : public Executor {
       child.pipe = -1;
       return;
     }
+    running_[i].heard = Clock::now();
     child.text.append(buffer, static_cast<std::size_t>(n));
     for (std::size_t end = child.text.find('\n'); end != std::string::npos; end = child.text.find('\n')) {
       take(child.text.substr(0, end), running_[i], child);

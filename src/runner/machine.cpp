@@ -10,21 +10,17 @@
 #include <cstdio>
 #include <ctime>
 #include <fstream>
+#include <sstream>
 
 #include "base/paged_memory.hpp"
 #include "base/text.hpp"
+#include "runner/control_group.hpp"
 
 namespace scanmill::runner {
 namespace {
 
 // Measured on an idle process with all libraries loaded and a pool of two threads: 50 MB.
 constexpr std::uint64_t kBaseMemory = 64ull << 20;
-
-std::uint64_t number_in(const char* path) {
-  std::ifstream file(path);
-  std::uint64_t value = 0;
-  return file >> value ? value : 0;
-}
 
 }  // namespace
 
@@ -37,16 +33,39 @@ int usable_cores() {
 
 std::uint64_t usable_memory() {
   const long pages = sysconf(_SC_PHYS_PAGES), page = sysconf(_SC_PAGESIZE);
-  std::uint64_t least =
+  const std::uint64_t whole =
       pages > 0 && page > 0 ? static_cast<std::uint64_t>(pages) * static_cast<std::uint64_t>(page) : 0;
-  for (const char* path : {"/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory/memory.limit_in_bytes"})
-    if (const std::uint64_t limit = number_in(path); limit > 0) least = least == 0 ? limit : std::min(least, limit);
-  return least;
+  const std::uint64_t limit = group_memory_limit();
+  return whole > 0 && limit > 0 ? std::min(whole, limit) : std::max(whole, limit);
 }
 
 std::string host_name() {
   utsname name;
   return uname(&name) == 0 ? name.nodename : "unknown";
+}
+
+std::string process_space() {
+  std::string boot;
+  std::ifstream("/proc/sys/kernel/random/boot_id") >> boot;
+  char space[64];
+  const ssize_t length = readlink("/proc/self/ns/pid", space, sizeof space);
+  if (boot.empty() || length <= 0) return {};
+  return boot + " " + std::string(space, static_cast<std::size_t>(length));
+}
+
+std::optional<ProcessSign> look_at_process(int pid) {
+  std::ifstream file("/proc/" + std::to_string(pid) + "/stat");
+  std::string line;
+  if (pid <= 0 || !std::getline(file, line)) return std::nullopt;
+  const std::size_t name_end = line.rfind(')');  // the name may hold anything
+  if (name_end == std::string::npos) return std::nullopt;
+  std::istringstream rest(line.substr(name_end + 1));
+  ProcessSign sign;
+  if (!(rest >> sign.state) || sign.state == 'Z' || sign.state == 'X') return std::nullopt;
+  std::string skipped;
+  for (int field = 4; field < 22; ++field) rest >> skipped;
+  if (!(rest >> sign.began)) return std::nullopt;
+  return sign;
 }
 
 std::string processor_name() {

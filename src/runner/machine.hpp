@@ -2,6 +2,7 @@
 // The machine a run finds itself on: cores, memory, and the cap on this process.
 #pragma once
 #include <cstdint>
+#include <optional>
 #include <string>
 
 #include "base/result.hpp"
@@ -10,9 +11,19 @@ namespace scanmill::runner {
 
 /// Cores this process may use (affinity mask).
 int usable_cores();
-/// Physical memory, or the control group's limit where that is less; 0 when neither can be read.
+/// Physical memory, or the least limit of the control groups above this process where that is less; 0 when neither can be read.
 std::uint64_t usable_memory();
 std::string host_name();
+/// Where process numbers mean what they mean here: this start of the kernel and its space of numbers; empty when it
+/// cannot be told.
+std::string process_space();
+/// A process of this process_space.
+struct ProcessSign {
+  char state = 0;           // as /proc/PID/stat has it: R, S, D, T (stopped), ...
+  std::uint64_t began = 0;  // clock ticks since the machine's start: tells processes of one number apart
+};
+/// Nothing when there is none, or it has ended and only its parent does not know yet.
+std::optional<ProcessSign> look_at_process(int pid);
 /// Model of the processor as /proc/cpuinfo has it; "unknown" where it does not say.
 std::string processor_name();
 /// Highest resident memory of this process so far.

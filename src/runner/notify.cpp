@@ -99,12 +99,13 @@ bool ended_within(pid_t pid, std::chrono::milliseconds limit, int& status) {
   }
 }
 
-/// The last line that a command printed.
-std::string last_words(const std::string& log) {
+/// The last line that a command printed, whose output begins at byte `begin`.
+std::string last_words(const std::string& log, std::streamoff begin) {
   std::ifstream file(log, std::ios::binary);
+  file.seekg(begin);
   std::string last;
   for (std::string line; std::getline(file, line);)
-    if (!words_of(line).empty() && !line.starts_with("$ ")) last = line;
+    if (!words_of(line).empty()) last = line;
   return printable(last.substr(0, 300));
 }
 
@@ -197,10 +198,15 @@ std::vector<std::string> notify(const std::vector<NotifyRule>& rules, const RunR
   for (const NotifyRule& rule : rules) {
     if (!is_wanted(rule.on, report.exit_code)) continue;
     if (report.written) std::ofstream(log, std::ios::app) << "$ " << rule.run << "\n";
+    std::error_code unknown;
+    const auto printed = report.written ? std::filesystem::file_size(log, unknown) : 0;
     const auto problem = run_one(rule, job_folder, log, variables, limit);
     if (!problem) continue;
     std::string note = "notify: " + printable(rule.run) + ": " + *problem;
-    if (const std::string words = report.written ? last_words(log) : ""; !words.empty()) note += ": " + words;
+    if (const std::string words =
+            report.written && !unknown ? last_words(log, static_cast<std::streamoff>(printed)) : "";
+        !words.empty())
+      note += ": " + words;
     notes.push_back(note + "; the run itself is not touched by it");
   }
   return notes;

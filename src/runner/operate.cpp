@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <ctime>
 #include <filesystem>
 #include <set>
 
@@ -17,7 +18,10 @@
 #include "runner/output_tree.hpp"
 #include "runner/quarantine.hpp"
 #include "runner/run_report.hpp"
+#include "runner/run_texts.hpp"
+#include "runner/run_view.hpp"
 #include "runner/slurm_waves.hpp"
+#include "runner/task_signs.hpp"
 #include "store/files.hpp"
 
 namespace scanmill::runner {
@@ -70,13 +74,28 @@ std::string count_line(const Node& counts) {
   return line;
 }
 
-std::string running_line(const Node& row) {
+/// Seconds since the run wrote about itself; it does so every two.
+double silence_of(const Live& live) {
+  const auto told = unix_seconds(text_in(*live.tree, "heartbeat"));
+  return told ? std::max(0.0, static_cast<double>(std::time(nullptr) - *told)) : 0;
+}
+
+/// Of a process of this machine: that somebody stopped it (SIGSTOP, Ctrl-Z, a debugger).
+std::string stopped_text(const Node& row) {
+  const auto sign = look_at_process(static_cast<int>(number_in(row, "pid")));
+  return sign && (sign->state == 'T' || sign->state == 't') ? ", its process is stopped (kill -CONT lets it go on)"
+                                                            : "";
+}
+
+/// `silence`: of the run itself, which the row is older by.
+std::string running_line(const Node& row, double silence) {
   std::string line = "  " + text_in(row, "scan") + "  " + text_in(row, "stage");
   if (const double total = number_in(row, "total"); total > 0)
     line += "  " + std::to_string(static_cast<int>(100 * number_in(row, "done") / total)) + " %";
-  return line + "  for " + clock_text(number_in(row, "seconds")) + " h, pid " +
+  return line + "  for " + clock_text(number_in(row, "seconds") + silence) + " h, pid " +
          std::to_string(static_cast<long>(number_in(row, "pid"))) + ", " +
-         counted(static_cast<std::uint64_t>(number_in(row, "threads")), "thread");
+         counted(static_cast<std::uint64_t>(number_in(row, "threads")), "thread") +
+         silence_text(number_in(row, "silent_s")) + stopped_text(row);
 }
 
 int no_output(const std::string& out, Console& console) {
@@ -125,15 +144,21 @@ int show_status(const std::string& out, Console& console) {
     const char* state = live.is_alive ? "running" : live.is_here ? "killed" : "elsewhere";
     event.set("state", state);
     event.set("live", *live.tree);
+    event.set("silent_s", silence_of(live));
     const std::string who = "pid " + std::to_string(static_cast<long>(number_in(*live.tree, "pid"))) + " on " +
                             text_in(*live.tree, "host") + ", job " + text_in(*live.tree, "job");
-    text = live.is_alive  ? "running for " + clock_text(number_in(*live.tree, "seconds")) + " h: " + who
+    const double silence = silence_of(live);
+    const Node* stopping = live.tree->find("stopping");
+    const bool stops = stopping && stopping->is_bool() && stopping->as_bool();
+    text = live.is_alive ? (stops ? "stopping, running for " : "running for ") +
+                               clock_text(number_in(*live.tree, "seconds") + silence) + " h: " + who +
+                               silence_text(silence) + stopped_text(*live.tree)
            : live.is_here ? "the run was killed, last sign " + text_in(*live.tree, "heartbeat") + ": " + who +
                                 "\nrun the job again: it goes on where this one was"
                           : "running on another machine, last sign " + text_in(*live.tree, "heartbeat") + ": " + who;
     if (const Node* counts = live.tree->find("counts"); counts && counts->is_map()) text += "\n" + count_line(*counts);
     if (const Node* running = live.tree->find("running"); running && running->is_sequence() && live.is_alive)
-      for (const Node& row : running->items()) text += "\n" + running_line(row);
+      for (const Node& row : running->items()) text += "\n" + running_line(row, silence);
     if (const double left = number_in(*live.tree, "seconds_left"); left > 0 && live.is_alive)
       text += "\nabout " + clock_text(left) + " h left";
     if (const std::string remark = text_in(*live.tree, "remark"); !remark.empty()) text += "\n" + remark;
@@ -175,7 +200,8 @@ int cancel_run(const std::string& out, Console& console) {
   if (!live.tree || (live.is_here && !live.is_alive)) {
     event.set("asked", false);
     // Its work on a cluster outlives a driver that was killed.
-    const auto closed = abandon_waves(tree, false);
+    const auto rested = wait_for_no_task(tree);
+    const auto closed = rested ? abandon_waves(tree, false) : Result<std::size_t>(rested.error());
     if (!closed) {
       console.complain(closed.error());
       return kExitBusy;

@@ -11,14 +11,15 @@ using document::Node;
 namespace {
 
 Quarantine::Entry entry_of(const Node& row, const std::string& fingerprint, const std::string& error) {
-  Quarantine::Entry entry{fingerprint, error, FailureClass::BadInput, {}, 1, 0, 0};
+  Quarantine::Entry entry{fingerprint, error, FailureClass::BadInput, {}, 1, 0, 0, 0};
   const Node *failure = row.find("class"), *since = row.find("since"), *attempts = row.find("attempts"),
-             *memory = row.find("memory_bytes"), *limit = row.find("time_limit_s");
+             *memory = row.find("memory_bytes"), *limit = row.find("time_limit_s"), *disk = row.find("disk_bytes");
   if (failure && failure->is_string()) entry.failure = failure_named(failure->as_string());
   if (since && since->is_string()) entry.since = since->as_string();
   if (attempts && attempts->is_integer()) entry.attempts = static_cast<int>(attempts->as_integer());
   if (memory && memory->is_integer()) entry.memory = static_cast<std::uint64_t>(memory->as_integer());
   if (limit && limit->is_number()) entry.time_limit_s = limit->as_number();
+  if (disk && disk->is_integer()) entry.disk = static_cast<std::uint64_t>(disk->as_integer());
   return entry;
 }
 
@@ -54,18 +55,21 @@ Result<void> Quarantine::save(const std::string& path) const {
     row.set("attempts", entry.attempts);
     if (entry.memory > 0) row.set("memory_bytes", entry.memory);
     if (entry.time_limit_s > 0) row.set("time_limit_s", entry.time_limit_s);
+    if (entry.disk > 0) row.set("disk_bytes", entry.disk);
     tree.entries().push_back({scan, {}, std::move(row)});
   }
   return store::write_text(path, document::to_json(tree, 1) + "\n");
 }
 
-const Quarantine::Entry* Quarantine::find(const std::string& scan, const std::string& fingerprint, std::uint64_t memory,
-                                          double time_limit_s) const {
+const Quarantine::Entry* Quarantine::find(const std::string& scan, const std::string& fingerprint,
+                                          const Limits& limits) const {
   const auto found = entries_.find(scan);
   if (found == entries_.end() || found->second.fingerprint != fingerprint) return nullptr;
   const Entry& entry = found->second;
   const auto lifted = [](auto had, auto has) { return had > 0 && (has == 0 || has > had); };
-  return lifted(entry.memory, memory) || lifted(entry.time_limit_s, time_limit_s) ? nullptr : &entry;
+  const bool has_more = lifted(entry.memory, limits.memory) || lifted(entry.time_limit_s, limits.time_limit_s) ||
+                        lifted(entry.disk, limits.disk);
+  return has_more ? nullptr : &entry;
 }
 
 void Quarantine::add(const std::string& scan, Entry entry) {

@@ -20,15 +20,20 @@ class Quarantine {
     int attempts = 1;
     std::uint64_t memory = 0;  // of class resource: with less or as much it is not tried again
     double time_limit_s = 0;   // that was reached: with this or less it is not tried again
+    std::uint64_t disk = 0;    // the same for a limit on disk
   };
   /// An unreadable file counts as empty: the scans are tried again.
   static Quarantine load(const std::string& path);
   Result<void> save(const std::string& path) const;
 
-  /// The entry of exactly this work where it is given no more memory (0: no cap) and time (0: no limit) than it had, or
-  /// nullptr.
-  const Entry* find(const std::string& scan, const std::string& fingerprint, std::uint64_t memory,
-                    double time_limit_s) const;
+  /// What this run gives a scan; 0: no limit.
+  struct Limits {
+    std::uint64_t memory = 0;
+    double time_limit_s = 0;
+    std::uint64_t disk = 0;
+  };
+  /// The entry of exactly this work where it is given no more of what it lacked than it had, or nullptr.
+  const Entry* find(const std::string& scan, const std::string& fingerprint, const Limits& limits) const;
   void add(const std::string& scan, Entry entry);
   /// True when it was there.
   bool remove(const std::string& scan);

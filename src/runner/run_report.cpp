@@ -28,7 +28,7 @@ FailureClass class_of(const Error& error) {
     case Code::Unsupported:
       return FailureClass::BadInput;
     case Code::NoSpace:
-      return error.where == "memory" ? FailureClass::Resource : FailureClass::Transient;
+      return error.where == "memory" || error.where == "disk" ? FailureClass::Resource : FailureClass::Transient;
     case Code::IoFailed:
       return FailureClass::Transient;
     case Code::Cancelled:

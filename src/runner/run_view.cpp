@@ -2,6 +2,7 @@
 #include "runner/run_view.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 
 #include "base/text.hpp"
@@ -17,10 +18,17 @@ namespace {
 constexpr auto kTtyInterval = std::chrono::milliseconds(100);
 constexpr auto kHeartbeat = std::chrono::seconds(60);
 constexpr auto kJsonInterval = std::chrono::seconds(3);
+constexpr double kLongSilence_s = 10;
 constexpr auto kSaveInterval = std::chrono::seconds(2);
 
 double age_of(const Running& one) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - one.began).count();
+}
+
+/// Seconds since its latest sign; 0 where that is not told.
+double silence_of(const Running& one) {
+  if (one.heard == std::chrono::steady_clock::time_point{}) return 0;
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - one.heard).count();
 }
 
 /// "1:07" or "2:01:07"
@@ -56,6 +64,10 @@ double seconds_left(const RunPicture& picture) {
 
 }  // namespace
 
+std::string silence_text(double seconds) {
+  return seconds < kLongSilence_s ? "" : ", no sign for " + std::to_string(std::llround(seconds)) + " s";
+}
+
 std::string line_of(const RunPicture& picture) {
   const RunReport& report = picture.report;
   std::string line = std::to_string(report.count(ScanFate::Done)) + " done";
@@ -80,6 +92,7 @@ std::vector<std::string> block_of(const RunPicture& picture) {
     std::string line = "  " + picture.names[one->order.scan] + "  " + one->stage;
     if (one->total > 0) line += "  " + std::to_string(percent(one->done, one->total)) + " %";
     line += "  " + short_clock(age_of(*one)) + ", " + counted(static_cast<std::uint64_t>(one->order.threads), "thread");
+    line += silence_text(silence_of(*one));
     lines.push_back(std::move(line));
   }
   if (!picture.remark.empty()) lines.push_back("  " + picture.remark);  // the line below is cut at the screen's edge
@@ -110,6 +123,7 @@ Node to_document(const RunPicture& picture, std::uint64_t epoch) {
   tree.set("bytes_done", picture.bytes_done);
   tree.set("bytes", picture.bytes_all);
   if (!picture.remark.empty()) tree.set("remark", picture.remark);
+  tree.set("stopping", picture.is_stopping);
   Node running = Node::sequence();
   for (const Running* one : slowest_first(picture.running)) {
     Node row = Node::map();
@@ -118,6 +132,7 @@ Node to_document(const RunPicture& picture, std::uint64_t epoch) {
     row.set("done", one->done);
     row.set("total", one->total);
     row.set("seconds", age_of(*one));
+    row.set("silent_s", silence_of(*one));
     row.set("pid", one->pid);
     row.set("threads", one->order.threads);
     row.set("memory_bytes", one->order.memory);

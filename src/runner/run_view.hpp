@@ -21,8 +21,11 @@ struct RunPicture {
   std::uint64_t bytes_done = 0, bytes_all = 0;
   std::string remark;  // what the run waits for, or that it is ending; may be empty
   double seconds = 0;  // since the run began
+  bool is_stopping = false;
 };
 
+/// ", no sign for 20 s", or nothing for what is not long.
+std::string silence_text(double seconds);
 /// The lines of the block, slowest scan first.
 std::vector<std::string> block_of(const RunPicture& picture);
 /// "7 of 12 done, 1 failed, 2 running (bun grow 0:41), 3 waiting | 58 % of 1.2 GB | 0:05:10, about 0:03:40 left"

@@ -36,7 +36,7 @@ Result<Outcome> guarded(std::uint64_t memory, std::uint64_t cap, F&& body) {
     if (const std::string why = paged::refusal(); !why.empty())
       return paged::limit_was_reached()
                  ? fail(Code::NoSpace,
-                        why + "; raise resources.memory or disk (--memory, --disk), or choose larger bins", "memory")
+                        why + "; raise resources.memory or disk (--memory, --disk), or choose larger bins", "disk")
                  : fail(Code::NoSpace, why + "; free space there, and run again");
     return fail(Code::NoSpace,
                 (memory < cap ? bytes_text(memory) + ", the worker's share of the memory cap of " + bytes_text(cap) +
@@ -131,8 +131,9 @@ bool ScanMaker::settle(const SelectedScan& scan, const Fingerprint& fingerprint,
     return true;
   }
   const Quarantine::Entry* held =
-      frame_.options.only.empty() ? frame_.quarantine.find(name, fingerprint.value, frame_.memory, frame_.time_limit_s)
-                                  : nullptr;
+      frame_.options.only.empty()
+          ? frame_.quarantine.find(name, fingerprint.value, {frame_.memory, frame_.time_limit_s, frame_.disk})
+          : nullptr;
   if (!held) return false;
   entry.fate = ScanFate::Quarantined;
   entry.error = fail(Code::BadInput, held->error);
@@ -199,7 +200,7 @@ Attempt ScanMaker::make(const SelectedScan& scan, ScanEntry entry, int threads, 
     entry.fate = ScanFate::Done;
   } else {
     const Error& error = made.error();
-    const bool machine = error.code == Code::IoFailed || (error.code == Code::NoSpace && error.where != "memory");
+    const bool machine = class_of(error) == FailureClass::Transient;
     result.output_is_bad = machine && ((" " + error.where).find(" " + frame_.tree.root() + "/") != std::string::npos ||
                                        frame_.tree.is_unwritable());
     fail_entry(error, state.has_value(), entry);
@@ -258,7 +259,7 @@ Attempt ScanMaker::make_part(const SelectedScan& scan, ScanEntry entry, const st
   result.hashes = frame_.work.save_hashes_of(scan.number);
   if (!made) {
     const Error& error = made.error();
-    const bool machine = error.code == Code::IoFailed || (error.code == Code::NoSpace && error.where != "memory");
+    const bool machine = class_of(error) == FailureClass::Transient;
     result.output_is_bad = machine && frame_.tree.is_unwritable();
     fail_entry(error, load_state(frame_.tree.scan(scan.task.name)).has_value(), entry);
     entry.failed_stage = part;

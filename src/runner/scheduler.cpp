@@ -22,7 +22,7 @@ constexpr auto kAskInterval = std::chrono::milliseconds(500);
 constexpr auto kSpaceInterval = std::chrono::seconds(1);
 constexpr auto kStopPatience = std::chrono::seconds(10);
 constexpr double kSaveShare = 0.05;  // of the time may go into run.json
-constexpr int kMostWaits = 10;       // times settle_s for a file that keeps changing
+constexpr int kMostWaits = 10;       // for files that keep changing
 constexpr std::size_t kRememberedEpochs = 3;
 constexpr std::size_t kManyScans = 20;          // with more than these, what is unchanged is only counted
 constexpr std::uint64_t kLeastSpace = 1 << 20;  // of a result
@@ -72,6 +72,7 @@ Scheduler::Scheduler(Parts parts)
 }
 
 int Scheduler::run() {
+  tell_of_deadline();
   recall_memory();
   sort_out();
   tell_of_waits();
@@ -109,8 +110,15 @@ void Scheduler::sort_out() {
     }
     entry = std::move(judgement.entry);
     if (entry.fate == ScanFate::Unchanged && has_parts) p_.tree.remove_parts(entry.name);
+    leave_quarantine(entry);
     show(entry);
   }
+}
+
+/// A good result stands: what was held against the scan is over, also when the file that failed was put back.
+void Scheduler::leave_quarantine(const ScanEntry& entry) {
+  if (p_.journal && (entry.fate == ScanFate::Done || entry.fate == ScanFate::Unchanged))
+    p_.quarantine.remove(entry.name);
 }
 
 void Scheduler::show(ScanEntry& entry) {
@@ -169,6 +177,13 @@ WorkItem Scheduler::take_from_work(const Order& order) {
   return item;
 }
 
+/// The minute that was meant may just have gone by.
+void Scheduler::tell_of_deadline() {
+  constexpr std::int64_t kAlmostADay_s = 23 * 3600;
+  if (deadline_ && *deadline_ - std::time(nullptr) > kAlmostADay_s)
+    p_.console.note("", "resources.until: this time of day has just gone by; it is taken as tomorrow's");
+}
+
 /// Minutes may pass before the first scan starts: an operator must not take that for a hang.
 void Scheduler::tell_of_waits() {
   const auto waits = list_.waits(Clock::now());
@@ -178,10 +193,22 @@ void Scheduler::tell_of_waits() {
                           " that changed a moment ago (settle_s)");
 }
 
-/// True when its files were left alone for long enough; else it has a later moment.
+/// True when its files were left alone for long enough; else it has a later moment. What is dated in the future was
+/// written by another clock, or so on purpose: it is watched instead.
 bool Scheduler::settles(WorkItem& item) {
   const InputLook look = p_.work.look_at(p_.selection.scans[item.scan].number);
-  const double age = 1e-9 * static_cast<double>(now_ns() - std::min(now_ns(), look.newest_ns));
+  const std::int64_t now = now_ns();
+  double age = 1e-9 * static_cast<double>(now - look.newest_ns);
+  if (look.newest_ns > now) {
+    if (item.seen_since == Moment{})
+      p_.report.scans[item.scan].notes.push_back("an input is dated " + clock_text(-age) +
+                                                 " h after this machine's clock; it was watched for settle_s instead");
+    if (item.seen_since == Moment{} || look.newest_ns != item.seen.newest_ns || look.bytes != item.seen.bytes) {
+      item.seen = look;
+      item.seen_since = Clock::now();
+    }
+    age = seconds_since(item.seen_since);
+  }
   const double left = static_cast<double>(p_.how.settle_s) - age;
   if (left <= 0) return true;
   item.not_before = Clock::now() + std::chrono::milliseconds(static_cast<std::int64_t>(left * 1000) + 1);
@@ -221,7 +248,7 @@ void Scheduler::listen() {
   if (!draining_ && running > 0 && !p_.stop.flag.is_set()) {
     draining_ = true;
     p_.executor.drain();
-    remark_ = "ending";
+    remark_ = "stopping: what is at work is brought to its end; once more stops at once";
     p_.console.remark("stopping: " + counted(running, "scan") + (running == 1 ? " is" : " are") +
                       " brought to the end; once more stops at once");
   }
@@ -258,9 +285,12 @@ void Scheduler::start_ready() {
       order.threads = p_.report.threads;
       order.memory = p_.memory;
     }
-    if (item.not_before != Clock::time_point{} && item.transient == 0 &&
-        seconds_since(began_) < static_cast<double>(kMostWaits * p_.how.settle_s) && !settles(item)) {
-      list_.add(item);
+    if (item.not_before != Clock::time_point{} && item.transient == 0 && !settles(item)) {
+      if (++item.waits < kMostWaits)
+        list_.add(item);
+      else
+        leave_for_later(item.scan, "put off: its files kept changing through " + std::to_string(kMostWaits) +
+                                       " waits of settle_s; it is made once they are left alone");
       continue;
     }
     if (!may_start(item, order)) continue;
@@ -291,16 +321,20 @@ void Scheduler::start_ready() {
                 : "";
 }
 
+void Scheduler::leave_for_later(std::size_t scan, const std::string& why) {
+  ScanEntry& entry = p_.report.scans[scan];
+  entry.notes.push_back(why);
+  p_.console.note(entry.name, why);
+  if (p_.report.put_off++ == 0 && p_.journal) p_.journal->add(event_for("put_off", entry.name));
+}
+
 /// Time and disk. What is put off for time stays pending; a full disk ends the run.
 bool Scheduler::may_start(const WorkItem& item, const Order& order) {
   if (deadline_) {
     const double rate = core_seconds_ > 0 ? static_cast<double>(bytes_done_) / core_seconds_ : 0;
     const double needs = rate > 0 ? static_cast<double>(item.bytes) / (rate * order.threads) : 0;
     if (static_cast<double>(std::time(nullptr)) + needs > static_cast<double>(*deadline_)) {
-      ScanEntry& entry = p_.report.scans[item.scan];
-      entry.notes.push_back("put off: it would not end by resources.until");
-      p_.console.note(entry.name, entry.notes.back());
-      if (p_.report.put_off++ == 0 && p_.journal) p_.journal->add(event_for("put_off", entry.name));
+      leave_for_later(item.scan, "put off: it would not end by resources.until");
       return false;
     }
   }
@@ -499,7 +533,7 @@ void Scheduler::finish_scan(const WorkItem& item, const Ended& ended, const std:
   ScanEntry& entry = p_.report.scans[item.scan];
   bytes_done_ += item.bytes;
   core_seconds_ += ended.seconds * ended.order.threads;
-  if (entry.fate == ScanFate::Done) p_.quarantine.remove(entry.name);
+  leave_quarantine(entry);
   const bool stays = entry.failure == FailureClass::BadInput || entry.failure == FailureClass::Resource ||
                      entry.failure == FailureClass::Internal;
   if (stays && p_.journal && (entry.fate == ScanFate::Failed || entry.fate == ScanFate::Stale)) {
@@ -509,9 +543,10 @@ void Scheduler::finish_scan(const WorkItem& item, const Ended& ended, const std:
               p_.work.fingerprint(p_.selection.scans[item.scan].number, *p_.selection.scans[item.scan].what))
         known = now->value;
     if (!known.empty())
-      p_.quarantine.add(entry.name, {known, entry.error.text(), entry.failure, utc_now(), entry.attempts,
-                                     entry.failure == FailureClass::Resource ? p_.memory : 0,
-                                     ended.over_time ? p_.how.scan_time_limit_s : 0});
+      p_.quarantine.add(
+          entry.name, {known, entry.error.text(), entry.failure, utc_now(), entry.attempts,
+                       entry.failure == FailureClass::Resource ? p_.memory : 0,
+                       ended.over_time ? p_.how.scan_time_limit_s : 0, entry.error.where == "disk" ? p_.how.disk : 0});
   }
   show(entry);
 }
@@ -533,8 +568,9 @@ void Scheduler::keep_state() {
 }
 
 RunPicture Scheduler::picture() const {
-  return {p_.report, p_.executor.running(), names_, list_.size(), bytes_done_, bytes_all_,
-          remark_,   seconds_since(began_)};
+  return {p_.report,    p_.executor.running(), names_,
+          list_.size(), bytes_done_,           bytes_all_,
+          remark_,      seconds_since(began_), p_.stop.signal != 0};
 }
 
 }  // namespace scanmill::runner

@@ -43,16 +43,19 @@ class Scheduler {
   using Clock = std::chrono::steady_clock;
 
   void sort_out();
+  void leave_quarantine(const ScanEntry& entry);
   void show(ScanEntry& entry);
   void put_on_list(std::size_t scan);
   void put_next_wave(std::size_t scan);
   void end_part(const WorkItem& item, Ended&& ended);
   WorkItem take_from_work(const Order& order);
+  void tell_of_deadline();
   void tell_of_waits();
   void listen();
   void start_ready();
   bool may_start(const WorkItem& item, const Order& order);
   bool settles(WorkItem& item);
+  void leave_for_later(std::size_t scan, const std::string& why);
   void end(Ended&& ended);
   void take_over_death(Ended& ended, ScanEntry& entry) const;
   bool goes_again(WorkItem item, const Ended& ended, const ScanEntry& entry);

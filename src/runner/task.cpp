@@ -199,7 +199,7 @@ class TaskRun {
     if (now < next_beat_) return;
     next_beat_ = now + std::chrono::milliseconds(
                            static_cast<std::int64_t>(1000 * std::clamp(file_.lease_s / kBeatsPerLease, 0.1, 10.0)));
-    Heartbeat heartbeat{host_name(), engine_name(), static_cast<int>(getpid()), item, "start", 0, 0};
+    Heartbeat heartbeat{host_name(), engine_name(), static_cast<int>(getpid()), item, "start", 0, 0, space_, began_};
     if (!executor.running().empty()) {
       const Running& at = executor.running().front();
       heartbeat.stage = at.stage;
@@ -233,6 +233,8 @@ class TaskRun {
   const TaskFile& file_;
   const Task& task_;
   std::string folder_, beat_path_;
+  std::string space_ = process_space();
+  std::uint64_t began_ = look_at_process(getpid()).value_or(ProcessSign{}).began;
   Work& work_;
   Console& console_;
   Stop& stop_;

@@ -168,6 +168,8 @@ void beat(const std::string& path, const Heartbeat& heartbeat) {
   tree.set("stage", heartbeat.stage);
   tree.set("done", heartbeat.done);
   tree.set("total", heartbeat.total);
+  tree.set("space", heartbeat.space);
+  tree.set("began", heartbeat.began);
   (void)store::write_scratch(path, document::to_json(tree) + "\n");
 }
 
@@ -182,6 +184,8 @@ std::optional<Heartbeat> load_heartbeat(const std::string& path) {
   beat.stage = text_in(*tree, "stage");
   beat.done = static_cast<std::uint64_t>(number_in(*tree, "done"));
   beat.total = static_cast<std::uint64_t>(number_in(*tree, "total"));
+  beat.space = text_in(*tree, "space");
+  beat.began = static_cast<std::uint64_t>(number_in(*tree, "began"));
   return beat;
 }
 

@@ -39,6 +39,8 @@ struct Heartbeat {
   std::size_t item = 0;
   std::string stage;
   std::uint64_t done = 0, total = 0;
+  std::string space = {};   // process_space() of the task: where its pid means anything
+  std::uint64_t began = 0;  // ProcessSign::began
 };
 /// "<index>.<host>.<pid>.alive": two copies of a task do not write the same file.
 std::string heartbeat_name(std::size_t index, const std::string& host, int pid);

@@ -19,6 +19,9 @@ struct WorkItem {
   Moment not_before{};              // waits for its files to settle, or for a fault to pass
   int transient = 0, internal = 0;  // retries so far
   std::string part = {};            // of a scan that is cut; empty: the scan itself
+  int waits = 0;                    // for its files to settle, so far
+  InputLook seen = {};              // of files from the future, whose dates tell nothing ...
+  Moment seen_since{};              // ... since when they look so
 };
 
 /// What a machine has, and what of it is free.

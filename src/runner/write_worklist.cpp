@@ -15,6 +15,7 @@
 #include "runner/scan_maker.hpp"
 #include "runner/slurm_waves.hpp"
 #include "runner/task_file.hpp"
+#include "runner/task_signs.hpp"
 #include "runner/worklist.hpp"
 #include "store/files.hpp"
 
@@ -126,6 +127,7 @@ Result<std::size_t> write(const WorklistOptions& options, Work& work, std::strin
   TRY(tree.prepare());
   std::string held_by;
   TRY_ASSIGN(const OutputLock lock, OutputLock::take(tree.lock_file(), held_by));
+  TRY(wait_for_no_task(tree));
   TRY(abandon_waves(tree, false));
   const auto scans = scans_to_make(options, job, tree, selection, work);
   const TaskFile file = tasks_of(options, job, tree, selection, scans, work);

@@ -6,6 +6,7 @@
 
 #include "fake_work.hpp"
 #include "runner/driver.hpp"
+#include "runner/quarantine.hpp"
 
 namespace scanmill::runner {
 namespace {
@@ -196,6 +197,18 @@ TEST_F(RunJob, QuarantinesBadInputUntilItChangesOrIsNamed) {
   EXPECT_EQ(work.runs.size(), 1u);
   scan("a", "good");
   EXPECT_EQ(run().state("a"), "done");
+}
+
+TEST_F(RunJob, EndsTheQuarantineOfAScanWhoseGoodFileIsBack) {
+  scan("a", "good");
+  scan("b", "good");
+  EXPECT_EQ(run().code, 0);
+  scan("a", "bad");
+  EXPECT_EQ(run().code, 3);
+  EXPECT_EQ(Quarantine::load(root + "/out/quarantine.json").names(), std::vector<std::string>{"a"});
+  scan("a", "good");
+  EXPECT_EQ(run().code, 0);
+  EXPECT_TRUE(Quarantine::load(root + "/out/quarantine.json").names().empty());
 }
 
 TEST_F(RunJob, KeepsTheLastGoodResultAsStale) {

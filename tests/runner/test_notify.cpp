@@ -70,6 +70,7 @@ TEST_F(Notify, SaysWhatWentWrongAndGoesOn) {
       notes[0].starts_with("notify: echo no such \\x1b host >&2; exit 7: ended with exit code 7: no such \\x1b host"))
       << notes[0];
   EXPECT_NE(notes[1].find("ended by signal 9"), std::string::npos) << notes[1];
+  EXPECT_EQ(notes[1].find("no such"), std::string::npos) << "that is the first command's: " << notes[1];
   EXPECT_NE(notes[2].find("exit code 127"), std::string::npos) << notes[2];
   EXPECT_EQ(slurp(root + "/told"), "yes\n");
   run.job_path = root + "/gone/job.yaml";

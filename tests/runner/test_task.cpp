@@ -6,8 +6,10 @@
 #include <thread>
 
 #include "fake_work.hpp"
+#include "runner/machine.hpp"
 #include "runner/task.hpp"
 #include "runner/task_result.hpp"
+#include "runner/task_signs.hpp"
 #include "runner/write_worklist.hpp"
 
 namespace scanmill::runner {
@@ -179,6 +181,51 @@ TEST_F(Tasks, AWorklistIsRefusedWhileItsTasksAreAtWork) {
   options.run.out = root + "/out";
   options.run.version = "1";
   EXPECT_EQ(write_worklist(options, work, console), 75);
+}
+
+TEST_F(Tasks, ThatWereKilledHoldNobodyUp) {
+  scan("a", "fine");
+  write();
+  ASSERT_EQ(task(), 0);
+  const std::string folder = root + "/out/work/by-hand/";
+  beat(folder + heartbeat_name(0, "node", 1), {"node", "", 1, 0, "reduce", 0, 0, "elsewhere", 5});
+  EXPECT_TRUE(wait_for_no_task(OutputTree(root + "/out")).ok()) << "its records are there";
+  EXPECT_FALSE(store::exists(folder + heartbeat_name(0, "node", 1)));
+}
+
+TEST_F(Tasks, OfThisMachineAreNotWaitedForOnceTheirProcessIsGone) {
+  scan("a", "fine");
+  write();
+  const std::string folder = root + "/out/work/by-hand/";
+  const OutputTree tree(root + "/out");
+  const auto leave_sign = [&](int pid, const std::string& space, std::uint64_t began) {
+    const std::string sign = folder + heartbeat_name(0, host_name(), pid);
+    beat(sign, {host_name(), "", pid, 0, "reduce", 0, 0, space, began});
+    return sign;
+  };
+  const pid_t child = fork();
+  if (child == 0) _exit(0);
+  siginfo_t ended;
+  ASSERT_EQ(waitid(P_PID, static_cast<id_t>(child), &ended, WEXITED | WNOWAIT), 0);
+  (void)leave_sign(child, process_space(), 0);
+  EXPECT_TRUE(wait_for_no_task(tree).ok()) << "ended, though its parent has not asked";
+  ASSERT_EQ(waitpid(child, nullptr, 0), child);
+
+  const std::uint64_t began = look_at_process(getpid())->began;
+  (void)leave_sign(getpid(), process_space(), began + 1);
+  EXPECT_TRUE(wait_for_no_task(tree).ok()) << "another process has the number now";
+
+  for (const auto& [pid, space] : {std::pair(static_cast<int>(getpid()), process_space()),
+                                   std::pair(static_cast<int>(child), std::string("another start of the machine"))}) {
+    const std::string sign = leave_sign(pid, space, began);
+    const auto rested = wait_for_no_task(tree);
+    ASSERT_FALSE(rested.ok());
+    EXPECT_EQ(rested.error().code, Code::Cancelled);
+    EXPECT_NE(rested.error().message.find("pid " + std::to_string(pid) + " on "), std::string::npos);
+    EXPECT_NE(rested.error().message.find("last sign 0 s ago"), std::string::npos) << rested.error().message;
+    EXPECT_NE(rested.error().message.find("count as dead from 20"), std::string::npos) << rested.error().message;
+    std::filesystem::remove(sign);
+  }
 }
 
 TEST(TaskFiles, AreRefusedWithThePlaceOfTheMistake) {

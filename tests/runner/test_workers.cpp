@@ -9,9 +9,15 @@
 #include "fake_work.hpp"
 #include "runner/driver.hpp"
 #include "runner/journal.hpp"
+#include "runner/quarantine.hpp"
 
 namespace scanmill::runner {
 namespace {
+
+std::int64_t now_ns() {
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::system_clock::now().time_since_epoch())
+      .count();
+}
 
 class Workers : public RunnerTest {
  protected:
@@ -118,6 +124,39 @@ TEST_F(Workers, AreGivenAnotherTryWhenTheTimeLimitIsRaised) {
   EXPECT_EQ(state("slow"), "quarantined");
   EXPECT_EQ(run(limit("20s")), 0) << text;
   EXPECT_EQ(state("slow"), "done");
+}
+
+TEST_F(Workers, AreGivenAnotherTryWhenTheDiskLimitIsRaised) {
+  scan("large", "large");
+  work.before_end = [&](const std::string& name) {
+    count_try(name);
+    if (tries(name) > 1) return;
+    std::vector<std::vector<char>> held;
+    for (;;) held.emplace_back(16u << 20, 'x');  // until memory and file are used up
+  };
+  const auto disk = [](std::uint64_t bytes) { return [bytes](RunOptions& options) { options.disk = bytes; }; };
+  EXPECT_EQ(run(disk(100u << 20)), 3) << text;
+  EXPECT_EQ(error("large", "class"), "resource");
+  EXPECT_NE(error("large", "text").find("disk: "), std::string::npos) << error("large", "text");
+  EXPECT_EQ(run(disk(100u << 20)), 0) << text;
+  EXPECT_EQ(state("large"), "quarantined");
+  EXPECT_EQ(run(disk(50u << 20)), 0) << text;
+  EXPECT_EQ(state("large"), "quarantined");
+  EXPECT_EQ(run(disk(200u << 20)), 0) << text;
+  EXPECT_EQ(state("large"), "done");
+  EXPECT_TRUE(Quarantine::load(root + "/out/quarantine.json").names().empty());
+}
+
+TEST(Quarantine, IsLiftedByMoreOfWhatWasMissing) {
+  Quarantine quarantine;
+  quarantine.add("a", {"print", "text", FailureClass::Resource, {}, 1, 200, 0, 100});
+  using Limits = Quarantine::Limits;
+  EXPECT_NE(quarantine.find("a", "print", Limits{200, 60, 100}), nullptr);
+  EXPECT_NE(quarantine.find("a", "print", Limits{100, 60, 50}), nullptr);
+  EXPECT_EQ(quarantine.find("a", "print", Limits{200, 60, 101}), nullptr);
+  EXPECT_EQ(quarantine.find("a", "print", Limits{200, 60, 0}), nullptr) << "without a limit";
+  EXPECT_EQ(quarantine.find("a", "print", Limits{201, 60, 100}), nullptr);
+  EXPECT_EQ(quarantine.find("a", "other", Limits{200, 60, 100}), nullptr);
 }
 
 TEST_F(Workers, ThatDieLeaveNothingBehind) {
@@ -227,8 +266,7 @@ TEST_F(Workers, WaitForFilesToSettle) {
   scan("b", "young");
   // Changed half a second before it would have settled.
   const auto began = std::chrono::steady_clock::now();
-  const std::int64_t now =
-      std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::system_clock::now().time_since_epoch()).count();
+  const std::int64_t now = now_ns();
   work.changed_ns = [now](const std::string& name) { return name == "b" ? now - 1'500'000'000 : 0; };
   EXPECT_EQ(run(), 0) << text;
   EXPECT_EQ(state("b"), "done");
@@ -236,6 +274,33 @@ TEST_F(Workers, WaitForFilesToSettle) {
             std::string::npos)
       << text;
   EXPECT_GE(std::chrono::steady_clock::now() - began, std::chrono::milliseconds(400));
+}
+
+TEST_F(Workers, WatchFilesFromTheFutureInPlaceOfTheirDates) {
+  job_text = "scanmill: 1\narchive: archive\nsettle_s: 1\nlattice: {bin_mm: 1}\n";
+  scan("a", "one");
+  const std::int64_t tomorrow = now_ns() + 86'400'000'000'000;
+  work.changed_ns = [tomorrow](const std::string&) { return tomorrow; };
+  const auto began = std::chrono::steady_clock::now();
+  EXPECT_EQ(run(), 0) << text;
+  const auto took = std::chrono::steady_clock::now() - began;
+  EXPECT_GE(took, std::chrono::milliseconds(900));
+  EXPECT_LT(took, std::chrono::seconds(5)) << "ten waits are for files that change";
+  EXPECT_NE(text.find("is dated 23:59:5"), std::string::npos) << text;
+}
+
+TEST_F(Workers, LeaveFilesThatKeepChangingForTheNextNight) {
+  job_text = "scanmill: 1\narchive: archive\nsettle_s: 1\nlattice: {bin_mm: 1}\n";
+  scan("a", "old");
+  scan("b", "growing");
+  work.changed_ns = [](const std::string& name) { return name == "b" ? now_ns() - 900'000'000 : 0; };
+  EXPECT_EQ(run(), 75) << text;
+  EXPECT_EQ(state("a"), "done");
+  EXPECT_EQ(state("b"), "pending");
+  EXPECT_NE(text.find("b: note: put off: its files kept changing"), std::string::npos) << text;
+  work.changed_ns = {};
+  EXPECT_EQ(run(), 0) << text;
+  EXPECT_EQ(state("b"), "done");
 }
 
 TEST_F(Workers, LeaveAJournalOfEveryStartAndEnd) {
@@ -270,6 +335,25 @@ TEST_F(Workers, StartNothingThatWouldNotEndInTime) {
   job_text += "# " + std::string(time_of_day) + "\n";
   EXPECT_EQ(run([&](RunOptions& o) { o.sets = {"resources.until=\"" + std::string(time_of_day) + "\""}; }), 0) << text;
   EXPECT_EQ(state("a"), "done") << "two minutes are enough for what takes no time";
+}
+
+TEST_F(Workers, SayThatTheTimeToEndHasJustGoneBy) {
+  scan("a", "one");
+  const std::time_t now = std::time(nullptr) - 60;
+  std::tm parts{};
+  localtime_r(&now, &parts);
+  char time_of_day[8];
+  std::strftime(time_of_day, sizeof time_of_day, "%H:%M", &parts);
+  EXPECT_EQ(run([&](RunOptions& o) { o.sets = {"resources.until=\"" + std::string(time_of_day) + "\""}; }), 0) << text;
+  EXPECT_NE(text.find("resources.until: this time of day has just gone by"), std::string::npos) << text;
+}
+
+TEST_F(Workers, SayWhenTheCapIsMoreThanTheMachineHas) {
+  scan("a", "one");
+  EXPECT_EQ(run(), 0) << text;
+  EXPECT_EQ(text.find("memory cap"), std::string::npos) << text;
+  EXPECT_EQ(run([](RunOptions& o) { o.memory = 1ull << 50; }), 0) << text;
+  EXPECT_NE(text.find("note: memory cap: found 1024 TiB; this machine"), std::string::npos) << text;
 }
 
 TEST_F(Workers, RefuseToFillTheDisk) {

@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: Apache-2.0
+// What `scanmill status` says of a run that goes on.
+#include <sys/wait.h>
+
+#include <csignal>
+
+#include "fake_work.hpp"
+#include "runner/console.hpp"
+#include "runner/machine.hpp"
+#include "runner/operate.hpp"
+#include "runner/output_tree.hpp"
+
+namespace scanmill::runner {
+namespace {
+
+class Status : public RunnerTest {
+ protected:
+  /// live.json of a run by this process with one scan at work.
+  void live(const std::string& heartbeat, int worker, double silent_s, bool stopping) {
+    const OutputTree tree(root + "/out");
+    ASSERT_TRUE(tree.prepare().ok());
+    spill(tree.live_file(), "{\"scanmill_live\":1,\"host\":\"" + host_name() +
+                                "\",\"pid\":" + std::to_string(getpid()) + ",\"job\":\"job.yaml\",\"heartbeat\":\"" +
+                                heartbeat + "\",\"seconds\":3,\"stopping\":" + (stopping ? "true" : "false") +
+                                ",\"counts\":{\"done\":1},\"running\":[{\"scan\":\"a\",\"stage\":\"grow\"," +
+                                "\"seconds\":2,\"silent_s\":" + std::to_string(silent_s) +
+                                ",\"pid\":" + std::to_string(worker) + ",\"threads\":1}]}");
+  }
+  std::string status() const {
+    std::FILE* out = std::tmpfile();
+    {
+      Console console({ProgressStyle::None, false, false}, out, out);
+      EXPECT_EQ(show_status(root + "/out", console), 0);
+    }
+    std::string text(static_cast<std::size_t>(std::ftell(out)), '\0');
+    std::rewind(out);
+    text.resize(std::fread(text.data(), 1, text.size(), out));
+    std::fclose(out);
+    return text;
+  }
+};
+
+TEST_F(Status, IsPlainOfARunThatGoesOn) {
+  live(utc_now(), getpid(), 0.5, false);
+  const std::string text = status();
+  EXPECT_TRUE(text.starts_with("running for 00:00:0")) << text;
+  EXPECT_EQ(text.find("no sign"), std::string::npos) << text;
+  EXPECT_EQ(text.find("stopp"), std::string::npos) << text;
+}
+
+TEST_F(Status, TellsOfSilence) {
+  live("2026-01-31T08:15:00Z", getpid(), 0.5, false);
+  std::string text = status();
+  EXPECT_NE(text.find("job job.yaml, no sign for "), std::string::npos) << text;
+  EXPECT_EQ(text.find("running for 00:00:0"), std::string::npos) << "it runs since longer than it wrote: " << text;
+  live(utc_now(), getpid(), 20.4, false);
+  text = status();
+  EXPECT_EQ(text.find("job job.yaml, no sign for "), std::string::npos) << text;
+  EXPECT_NE(text.find("1 thread, no sign for 2"), std::string::npos) << text;
+}
+
+TEST_F(Status, TellsOfARunThatIsStopping) {
+  live(utc_now(), getpid(), 0.5, true);
+  EXPECT_TRUE(status().starts_with("stopping, running for ")) << status();
+}
+
+TEST_F(Status, TellsOfAProcessThatWasStopped) {
+  const pid_t child = fork();
+  if (child == 0) {
+    raise(SIGSTOP);
+    _exit(0);
+  }
+  int how = 0;
+  ASSERT_EQ(waitpid(child, &how, WUNTRACED), child);
+  live(utc_now(), child, 0.5, false);
+  EXPECT_NE(status().find("its process is stopped (kill -CONT"), std::string::npos) << status();
+  kill(child, SIGKILL);
+  waitpid(child, &how, 0);
+}
+
+}  // namespace
+}  // namespace scanmill::runner
