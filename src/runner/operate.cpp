@@ -25,7 +25,7 @@ namespace {
 
 using document::Node;
 
-constexpr std::size_t kKeptJournals = 10;
+constexpr std::size_t kKeptJournals = 10, kShownPending = 10;
 
 std::optional<Node> read_tree(const std::string& path) {
   const auto source = store::open_file(path, path);
@@ -71,12 +71,30 @@ std::string count_line(const Node& counts) {
 }
 
 std::string running_line(const Node& row) {
-  std::string line = "  " + text_in(row, "scan") + "  " + text_in(row, "stage");
+  std::string line = "  " + text_in(row, "scan");
+  if (const std::string part = text_in(row, "part"); !part.empty()) line += " " + part;
+  const Node* queued = row.find("queued");
+  const bool is_queued = queued && queued->is_bool() && queued->as_bool();
+  line += (is_queued ? "  pending: " : "  ") + text_in(row, "stage");
   if (const double total = number_in(row, "total"); total > 0)
     line += "  " + std::to_string(static_cast<int>(100 * number_in(row, "done") / total)) + " %";
-  return line + "  for " + clock_text(number_in(row, "seconds")) + " h, pid " +
-         std::to_string(static_cast<long>(number_in(row, "pid"))) + ", " +
-         counted(static_cast<std::uint64_t>(number_in(row, "threads")), "thread");
+  line += "  for " + clock_text(number_in(row, "seconds")) + " h";
+  if (const std::string place = text_in(row, "place"); !place.empty()) line += ", " + place;
+  if (number_in(row, "pid") > 0) line += ", pid " + std::to_string(static_cast<long>(number_in(row, "pid")));
+  return line + ", " + counted(static_cast<std::uint64_t>(number_in(row, "threads")), "thread");
+}
+
+/// At work first; of those that wait not all, since the remark below them tells of all.
+std::string running_lines(const Node& rows) {
+  std::string text;
+  std::size_t left_out = 0, queued = 0;
+  for (const Node& row : rows.items())
+    if (row.find("queued") && ++queued > kShownPending)
+      ++left_out;
+    else
+      text += "\n" + running_line(row);
+  if (left_out > 0) text += "\n  and " + std::to_string(left_out) + " more pending";
+  return text;
 }
 
 int no_output(const std::string& out, Console& console) {
@@ -133,7 +151,7 @@ int show_status(const std::string& out, Console& console) {
                           : "running on another machine, last sign " + text_in(*live.tree, "heartbeat") + ": " + who;
     if (const Node* counts = live.tree->find("counts"); counts && counts->is_map()) text += "\n" + count_line(*counts);
     if (const Node* running = live.tree->find("running"); running && running->is_sequence() && live.is_alive)
-      for (const Node& row : running->items()) text += "\n" + running_line(row);
+      text += running_lines(*running);
     if (const double left = number_in(*live.tree, "seconds_left"); left > 0 && live.is_alive)
       text += "\nabout " + clock_text(left) + " h left";
     if (const std::string remark = text_in(*live.tree, "remark"); !remark.empty()) text += "\n" + remark;
