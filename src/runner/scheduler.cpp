@@ -231,8 +231,8 @@ void Scheduler::listen() {
   if (p_.stop.signal == 0) return;
   if (!list_.empty()) put_off("");
   const auto running = p_.executor.running().size();
-  const auto queued = static_cast<std::size_t>(std::count_if(
-      p_.executor.running().begin(), p_.executor.running().end(), [](const Running& one) { return one.is_queued; }));
+  const auto queued = static_cast<std::size_t>(std::count_if(p_.executor.running().begin(), p_.executor.running().end(),
+                                                             [](const Running& one) { return one.is_queued; }));
   if (!draining_ && running > 0 && !p_.stop.flag.is_set()) {
     draining_ = true;
     p_.executor.drain();

@@ -17,8 +17,7 @@ constexpr auto kCancelLimit = std::chrono::seconds(15);
 constexpr std::uint64_t kMiB = 1ull << 20;
 constexpr std::size_t kLongestElement = 40, kLongestState = 24, kLongestStatus = 12, kLongestName = 100;
 constexpr std::size_t kLongestReason = 100, kLongestNode = 60;
-constexpr const char* kColumns =
-    "JobArrayID:40,State:24,exit_code:12,Name:100,Reason:100,NodeList:60,RestartCnt:8";
+constexpr const char* kColumns = "JobArrayID:40,State:24,exit_code:12,Name:100,Reason:100,NodeList:60,RestartCnt:8";
 
 std::string trimmed(std::string_view text) {
   const auto begin = text.find_first_not_of(" \t\r"), end = text.find_last_not_of(" \t\r");
@@ -61,8 +60,8 @@ std::optional<QueueRow> row_of(std::string_view line) {
   const auto index = is_rest ? std::size_t{0} : whole<std::size_t>(number);
   const auto status = whole<int>(columns[2]);
   if (!whole<std::uint64_t>(job) || !index || !status || columns[1].empty() || columns[3].empty()) return std::nullopt;
-  return QueueRow{columns[3], job, *index, is_rest, columns[1], *status, columns[4], node,
-                  whole<int>(trimmed(line)).value_or(-1)};
+  return QueueRow{
+      columns[3], job, *index, is_rest, columns[1], *status, columns[4], node, whole<int>(trimmed(line)).value_or(-1)};
 }
 
 }  // namespace

@@ -74,6 +74,7 @@ std::vector<Ended> SlurmRun::wait(std::chrono::milliseconds timeout) {
   }
   for (std::size_t w = 0; w < waves_.size(); ++w)
     if (!waves_[w].closed) judge(w);
+  tell_of_excused();
   if (list_changed_) list_running();
   tell_of_waiting();
   if (ended_.empty() && !wanted_.empty()) (void)poll(nullptr, 0, static_cast<int>(timeout.count()));

@@ -110,8 +110,8 @@ std::string SlurmRun::script_of(const TaskFile& file) const {
   const std::string folder = o_.frame.out + "/work/" + file.token + "/";
   // The mark tells that the element began, and under which number, before anything of ours could fail.
   return "#!/bin/sh\n( : >" + shell_word(folder) + began_name("\"$SLURM_ARRAY_TASK_ID\"", "\"$SLURM_JOB_ID\"") +
-         " ) 2>/dev/null\nexec " + words + shell_word(program) + " task " +
-         shell_word(folder + kTaskFileName) + " \"$SLURM_ARRAY_TASK_ID\"\n";
+         " ) 2>/dev/null\nexec " + words + shell_word(program) + " task " + shell_word(folder + kTaskFileName) +
+         " \"$SLURM_ARRAY_TASK_ID\"\n";
 }
 
 std::string SlurmRun::own_path() {

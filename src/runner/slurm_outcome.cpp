@@ -268,9 +268,10 @@ void SlurmRun::blame(const Wave& wave, std::size_t e, Wanted& wanted, JobPhase p
   const bool is_sure = begun && (phase == JobPhase::OutOfMemory || phase == JobPhase::TimeLimit);
   if (wave.in_doubt && !is_sure &&
       excuses(wanted,
-              !element.seen                ? job + " vanished without a sign"
-              : phase == JobPhase::Waiting ? job + " was forgotten"
-                                           : job + " ended without a record (" + element.word + ")" + node))
+              element.forgotten ? ""  // told when it was taken back
+              : !element.seen   ? "vanished without a sign"
+                                : "ended without a record (" + element.word + ")",
+              job + node))
     return;
   switch (phase) {
     case JobPhase::OutOfMemory:
@@ -299,7 +300,8 @@ void SlurmRun::blame(const Wave& wave, std::size_t e, Wanted& wanted, JobPhase p
                        fail(Code::Cancelled, "its job was cancelled " + std::to_string(wanted.cancelled) +
                                                  " times by somebody else; ask them, and run again"));
     case JobPhase::Lost:
-      return lose(wanted, job + (element.seen ? " was lost (" + element.word + ")" + node : " vanished without a sign"));
+      return lose(wanted,
+                  job + (element.seen ? " was lost (" + element.word + ")" + node : " vanished without a sign"));
     default:
       break;
   }
@@ -352,6 +354,7 @@ void SlurmRun::close(Wave& wave, bool all) {
   const bool waits = std::any_of(wave.elements.begin(), wave.elements.end(),
                                  [](const Element& element) { return element.phase == JobPhase::Waiting; });
   if (all || waits) (void)slurm_.cancel(wave.folder.name, all ? "" : "PENDING", "");
+  if (silent_) closed_unheard_.push_back(wave.folder.name);
   close_wave(wave.folder);
   list_changed_ = true;
 }

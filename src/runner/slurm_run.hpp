@@ -82,7 +82,8 @@ class SlurmRun final : public Executor {
   /// Sees to it that the next array gets numbers that no job of ours had: nodes refuse a number that they know.
   void skip_numbers();
   /// An end that may be another one's: submitted again without counting against anything. False: it counts.
-  bool excuses(Wanted& wanted, const std::string& what);
+  bool excuses(Wanted& wanted, const std::string& end, const std::string& job);
+  void tell_of_excused();
 
   // What is waited for, in words (slurm_waiting.cpp).
   void list_element(const Wave& wave, std::size_t e, const std::map<std::size_t, std::size_t>& place);
@@ -133,7 +134,13 @@ class SlurmRun final : public Executor {
   std::map<std::string, Place> offers_;   // of waves that were taken over, by scan and keys
   std::map<std::size_t, double> grants_;  // time that scans were found to need
   std::vector<Running> running_;
-  std::string waits_for_, told_waits_, idle_nodes_;
+  std::string waits_for_, told_waits_, looked_at_, idle_nodes_;
+  struct Excused {
+    std::string name, job;  // of the first
+    std::size_t count = 0;
+  };
+  std::map<std::string, Excused> excused_;   // by how they ended
+  std::vector<std::string> closed_unheard_;  // names of arrays that were closed while the controller was out of reach
   std::map<std::string, std::size_t> reasons_;  // why elements wait, and how many do
   std::uint64_t highest_number_ = 0;            // of a job of ours
   int vain_tries_ = 0;                          // to submit, since the last that was answered

@@ -11,7 +11,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr double kIdleLook = 30;       // s, between looks at the nodes
+constexpr double kIdleLook = 30;        // s, between looks at the nodes
 constexpr double kTellAgain = 10 * 60;  // s
 constexpr std::size_t kMostReasons = 3, kMostShown = 4;
 
@@ -27,8 +27,8 @@ std::string words_of_reason(const Element& element) {
 
 /// What passes by itself on every cluster.
 bool is_usual(const std::string& reason) {
-  static constexpr std::string_view kUsual[] = {"not looked at", "not submitted", "Resources", "Priority", "BeginTime",
-                                                "Cleaning",      "Prolog",        "JobArrayTaskLimit"};
+  static constexpr std::string_view kUsual[] = {"not looked at", "not submitted", "Resources", "Priority",
+                                                "BeginTime",     "Cleaning",      "Prolog",    "JobArrayTaskLimit"};
   return std::any_of(std::begin(kUsual), std::end(kUsual),
                      [&](std::string_view usual) { return reason.starts_with(usual); });
 }
@@ -63,11 +63,11 @@ void SlurmRun::list_element(const Wave& wave, std::size_t e, const std::map<std:
   if (element.settled) return;
   const bool works = element.heartbeat.has_value() || (element.seen && element.phase == JobPhase::Running);
   const std::string job = element.job.empty() ? "" : "job " + element.job + "_" + std::to_string(e);
-  const std::string reason = !wave.submitted                                         ? "not submitted yet"
-                             : element.seen && element.phase == JobPhase::Waiting    ? words_of_reason(element)
-                             : element.seen                                          ? "its record is awaited"
-                             : silent_                                               ? "Slurm does not answer"
-                                                                                     : "not known to Slurm";
+  const std::string reason = !wave.submitted                                      ? "not submitted yet"
+                             : element.seen && element.phase == JobPhase::Waiting ? words_of_reason(element)
+                             : element.seen                                       ? "over, their records awaited"
+                             : silent_                                            ? "Slurm does not answer"
+                                                                                  : "not known to Slurm";
   for (std::size_t i = 0; i < element.scans.size(); ++i) {
     const auto at = place.find(element.scans[i]);
     if (at == place.end() || element.recorded[i]) continue;
@@ -93,9 +93,8 @@ void SlurmRun::list_element(const Wave& wave, std::size_t e, const std::map<std:
 void SlurmRun::list_waiting() {
   std::vector<std::pair<std::size_t, std::string>> most;
   for (const auto& [reason, count] : reasons_) most.emplace_back(count, reason);
-  std::sort(most.begin(), most.end(), [](const auto& a, const auto& b) {
-    return a.first != b.first ? a.first > b.first : a.second < b.second;
-  });
+  std::sort(most.begin(), most.end(),
+            [](const auto& a, const auto& b) { return a.first != b.first ? a.first > b.first : a.second < b.second; });
   waits_for_.clear();
   for (std::size_t i = 0; i < most.size() && i < kMostShown; ++i)
     waits_for_ += (i ? ", " : "") + std::to_string(most[i].first) + " " + most[i].second;
@@ -107,7 +106,7 @@ void SlurmRun::tell_of_waiting() {
   std::string told;
   bool of_nodes = false;
   for (const auto& [reason, count] : reasons_) {
-    if (is_usual(reason) || reason.starts_with("next in") || reason.starts_with("its record") ||
+    if (is_usual(reason) || reason.starts_with("next in") || reason.starts_with("over,") ||
         reason.starts_with("Slurm does not") || reason.starts_with("not known"))
       continue;
     told += (told.empty() ? "" : ", ") + reason;
@@ -117,7 +116,8 @@ void SlurmRun::tell_of_waiting() {
     if (told.empty() && !told_waits_.empty() && !silent_) told_waits_.clear(), idle_nodes_.clear();
     return;
   }
-  if (of_nodes && Clock::now() >= next_idle_look_) {
+  if (of_nodes && (Clock::now() >= next_idle_look_ || told != looked_at_)) {
+    looked_at_ = told;
     idle_nodes_ = idle_nodes();
     next_idle_look_ = Clock::now() + seconds(std::max(kIdleLook, o_.keys.poll_s));
     list_waiting();

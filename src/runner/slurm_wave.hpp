@@ -20,14 +20,14 @@ struct Element {
   std::optional<JobPhase> phase;   // the last that Slurm told; nothing: never seen
   std::string word, reason, job, node;
   int wait_status = 0;
-  bool seen = false;      // in the latest answer
-  bool settled = false;   // nothing more is expected of it
-  bool began = false;     // its script ran on a node
+  bool seen = false;       // in the latest answer
+  bool settled = false;    // nothing more is expected of it
+  bool began = false;      // its script ran on a node
   bool forgotten = false;  // Slurm lost its start, and it was taken back
-  int restarts = 0;       // times that Slurm put it back; -1: not told
-  Moment over_since{};    // ended, says Slurm
-  Moment last_sign{};     // submitted, seen alive, or heard of
-  std::string beat_file;  // of its latest sign of life
+  int restarts = 0;        // times that Slurm put it back; -1: not told
+  Moment over_since{};     // ended, says Slurm
+  Moment last_sign{};      // submitted, seen alive, or heard of
+  std::string beat_file;   // of its latest sign of life
   std::int64_t beat_ns = 0;
   std::optional<Heartbeat> heartbeat;
   Moment beat_read{}, heard{}, began_at{};

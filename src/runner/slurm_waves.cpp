@@ -37,9 +37,7 @@ std::string wave_job_name(const std::string& job_path, const std::string& token)
   return "scanmill-" + stem + "-" + token;
 }
 
-std::string began_name(const std::string& index, const std::string& number) {
-  return index + "." + number + kBegan;
-}
+std::string began_name(const std::string& index, const std::string& number) { return index + "." + number + kBegan; }
 
 std::optional<std::pair<std::size_t, std::uint64_t>> began_numbers(const std::string& name) {
   if (!name.ends_with(kBegan)) return std::nullopt;
