@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cmath>
 #include <filesystem>
 #include <set>
 
@@ -18,6 +19,8 @@
 #include "runner/quarantine.hpp"
 #include "runner/run_report.hpp"
 #include "runner/slurm_waves.hpp"
+#include "runner/task_file.hpp"
+#include "runner/task_result.hpp"
 #include "store/files.hpp"
 
 namespace scanmill::runner {
@@ -94,6 +97,29 @@ std::string running_lines(const Node& rows) {
     else
       text += "\n" + running_line(row);
   if (left_out > 0) text += "\n  and " + std::to_string(left_out) + " more pending";
+  return text;
+}
+
+/// What works without a driver: arrays of one that died, worklists that others work on.
+std::string text_of_waves(const OutputTree& tree, const std::string& out) {
+  std::string text;
+  for (const WaveFolder& wave : open_waves(tree)) {
+    const auto file = load_task_file(wave.worklist());
+    if (!file) continue;
+    std::size_t items = 0, recorded = 0;
+    for (std::size_t t = 0; t < file->tasks.size(); ++t)
+      for (std::size_t i = 0; i < file->tasks[t].items.size(); ++i, ++items)
+        recorded += store::exists(result_path(wave.folder, t, i));
+    const auto sign = latest_sign(wave);
+    text += "\n" +
+            (wave.name.empty()
+                 ? "worklist " + wave.worklist() + " of " + counted(file->tasks.size(), "task")
+                 : "array " + wave.name + " of " + counted(file->tasks.size(), "element") + " is on the cluster") +
+            ": " + std::to_string(recorded) + " of " + std::to_string(items) + " recorded" +
+            (sign ? ", last sign of life " + number_text(std::max(0.0, std::ceil(*sign))) + " s ago" : "");
+    text += wave.name.empty() ? "; the next run of the job finds what is made"
+                              : "; the next run takes it over, scanmill cancel " + out + " takes it back";
+  }
   return text;
 }
 
@@ -175,6 +201,7 @@ int show_status(const std::string& out, Console& console) {
     event.set("state", "empty");
     text = "no run yet";
   }
+  if (!live.is_alive && (!live.tree || live.is_here)) text += text_of_waves(tree, out);
   const auto quarantined = Quarantine::load(tree.quarantine_file()).names();
   event.set("quarantined", static_cast<std::uint64_t>(quarantined.size()));
   if (!quarantined.empty())
@@ -208,6 +235,10 @@ int cancel_run(const std::string& out, Console& console) {
     return kExitInternal;
   }
   event.set("asked", true);
+  if (text_in(*live.tree, "remark").starts_with("ending")) {
+    console.result(out + ": asked to stop before; what is at work is stopped at once now", event);
+    return kExitGood;
+  }
   console.result(out + ": asked pid " + std::to_string(static_cast<long>(number_in(*live.tree, "pid"))) + " on " +
                      text_in(*live.tree, "host") +
                      " to bring its scans to the end and stop; ask once more to stop at once",

@@ -180,8 +180,10 @@ std::unique_ptr<Executor> make_slurm_executor(SlurmOptions options) {
   return std::make_unique<SlurmRun>(std::move(options));
 }
 
-std::uint64_t cluster_memory(const ClusterKeys& keys) {
-  const std::uint64_t node = SlurmClient().largest_node(keys.partition).value_or(kUnknownMemory);
+std::uint64_t cluster_memory(const ClusterKeys& keys, bool& is_known) {
+  const auto largest = SlurmClient().largest_node(keys.partition);
+  is_known = largest.has_value();
+  const std::uint64_t node = largest.value_or(kUnknownMemory);
   return node > 2 * kTaskMemory ? node - kTaskMemory : node;
 }
 

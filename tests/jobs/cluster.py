@@ -342,7 +342,7 @@ def what_slurm_refuses_ends_with_6_and_its_words(work):
         lab.write_job("program: /no/such/scanmill")
         text = ended(lab.start(), 6)
         assert "cluster.program" in text and "not found" in text, text
-        for option, words in ("--frobnicate", "unrecognized option"), ("--mem=lots", "lots"):  # sbatch ends with 255
+        for option, words in ("--frobnicate", "unrecognized option"), ("--mem=lots", "Invalid --mem"):  # sbatch ends with 255
             lab.write_job(f"extra: [{option}]")
             text = ended(lab.start(), 6, 30)
             assert words in text and "sbatch refused the work" in text, text
