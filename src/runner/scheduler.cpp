@@ -139,7 +139,7 @@ void Scheduler::tell_of_cut(std::size_t scan, const CutParts& parts) {
   for (const auto& wave : parts.waves) {
     count += wave.size();
     std::map<std::string, std::size_t> of_kind;
-    for (const std::string& part : wave) ++of_kind[part.substr(0, part.find('-'))];
+    for (const std::string& part : wave) ++of_kind[part.substr(0, part.find(' '))];
     for (const auto& [kind, number] : of_kind)
       kinds += (kinds.empty() ? "" : ", ") + std::to_string(number) + " " + kind;
   }

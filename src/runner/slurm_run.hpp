@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The books of a run on Slurm: what is wanted, what was handed in, what came of it. Internal to the executor;
-// slurm_executor.cpp holds its face, slurm_hand_in.cpp what goes to Slurm, slurm_outcome.cpp what comes back.
+// slurm_executor.cpp holds its face, slurm_hand_in.cpp what goes to Slurm, slurm_outcome.cpp what comes back and
+// slurm_verdict.cpp what it means, slurm_doubt.cpp what a controller forgot, slurm_waiting.cpp the words for it.
 #pragma once
 #include <chrono>
 #include <map>

@@ -273,7 +273,7 @@ def a_controller_that_forgets_what_began_costs_time_only(work):
 def a_controller_that_forgets_a_whole_array_costs_time_only(work):
     """It saved its state just before, and would give the array's numbers out again."""
     def save(lab):
-        lab.call("sbatch", "-p", "main", "--mem=100", "-o", "/dev/null", "--wrap", "true")
+        lab.call("sbatch", "--hold", "-p", "main", "--mem=100", "-o", "/dev/null", "--wrap", "true")
         time.sleep(0.3)
     forgetful_controller(work, "vanished without a sign; submitted again", save)
 
