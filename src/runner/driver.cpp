@@ -89,7 +89,7 @@ class Driver {
                                                           : usable_cores());
     report_.memory_cap = options_.memory   ? options_.memory
                          : job_.how.memory ? job_.how.memory
-                         : is_slurm()      ? cluster_memory(job_.how.cluster)
+                         : is_slurm()      ? cluster_memory(job_.how.cluster, knows_memory_)
                                            : usable_memory() / 10 * 8;
     if (options_.disk) job_.how.disk = options_.disk;
     if (is_slurm()) job_.how.brick.cut_from = kCutFrom;
@@ -188,7 +188,12 @@ class Driver {
                              tree_.root() + ", " + std::to_string(selection_.scans.size()) + " of " +
                              counted(selection_.all_names.size(), "scan") + ", " +
                              counted(static_cast<std::uint64_t>(report_.threads), "thread") +
-                             (report_.memory_cap ? ", " + bytes_text(report_.memory_cap) + " of memory" : "");
+                             (!knows_memory_       ? ", memory of the nodes not known"
+                              : report_.memory_cap ? ", " + bytes_text(report_.memory_cap) + " of memory"
+                                                   : "");
+    if (!knows_memory_)
+      console_.note("", "Slurm does not say how much memory its nodes have; elements ask for " +
+                            bytes_text(report_.memory_cap) + " at most, unless resources.memory says otherwise");
     if (console_.style() == ProgressStyle::Plain) console_.remark(line);
   }
 
@@ -412,6 +417,7 @@ class Driver {
   RunReport report_;
   Job job_;
   Selection selection_;
+  bool knows_memory_ = true;
   Quarantine quarantine_;
   std::unique_ptr<OutputLock> lock_;
   std::unique_ptr<Journal> journal_;

@@ -30,6 +30,8 @@ struct Running {
   std::string stage;
   std::uint64_t done = 0, total = 0;
   std::chrono::steady_clock::time_point heard = {};  // its latest sign; nothing where the executor does not say
+  bool is_queued = false;                            // handed over, and not begun
+  std::string place = {};                            // job and node on a cluster; empty: this machine
 };
 
 /// An attempt that came to an end.
@@ -64,6 +66,8 @@ class Executor {
   virtual void drain() {}
   /// Works on other machines: cores and memory here do not limit it, and attempt folders may be another copy's.
   virtual bool is_remote() const { return false; }
+  /// What those that are queued wait for; may be empty.
+  virtual std::string waits_for() const { return {}; }
   /// Why nothing can be started any more.
   virtual std::optional<Error> broken() const { return std::nullopt; }
 };

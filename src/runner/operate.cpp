@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cmath>
 #include <ctime>
 #include <filesystem>
 #include <set>
@@ -21,6 +22,8 @@
 #include "runner/run_texts.hpp"
 #include "runner/run_view.hpp"
 #include "runner/slurm_waves.hpp"
+#include "runner/task_file.hpp"
+#include "runner/task_result.hpp"
 #include "runner/task_signs.hpp"
 #include "store/files.hpp"
 
@@ -29,7 +32,7 @@ namespace {
 
 using document::Node;
 
-constexpr std::size_t kKeptJournals = 10;
+constexpr std::size_t kKeptJournals = 10, kShownPending = 10;
 
 std::optional<Node> read_tree(const std::string& path) {
   const auto source = store::open_file(path, path);
@@ -89,13 +92,54 @@ std::string stopped_text(const Node& row) {
 
 /// `silence`: of the run itself, which the row is older by.
 std::string running_line(const Node& row, double silence) {
-  std::string line = "  " + text_in(row, "scan") + "  " + text_in(row, "stage");
+  std::string line = "  " + text_in(row, "scan");
+  if (const std::string part = text_in(row, "part"); !part.empty()) line += " " + part;
+  const Node* queued = row.find("queued");
+  const bool is_queued = queued && queued->is_bool() && queued->as_bool();
+  line += (is_queued ? "  pending: " : "  ") + text_in(row, "stage");
   if (const double total = number_in(row, "total"); total > 0)
     line += "  " + std::to_string(static_cast<int>(100 * number_in(row, "done") / total)) + " %";
-  return line + "  for " + clock_text(number_in(row, "seconds") + silence) + " h, pid " +
-         std::to_string(static_cast<long>(number_in(row, "pid"))) + ", " +
-         counted(static_cast<std::uint64_t>(number_in(row, "threads")), "thread") +
-         silence_text(number_in(row, "silent_s")) + stopped_text(row);
+  line += "  for " + clock_text(number_in(row, "seconds") + silence) + " h";
+  if (const std::string place = text_in(row, "place"); !place.empty()) line += ", " + place;
+  if (number_in(row, "pid") > 0) line += ", pid " + std::to_string(static_cast<long>(number_in(row, "pid")));
+  return line + ", " + counted(static_cast<std::uint64_t>(number_in(row, "threads")), "thread") +
+         silence_text(number_in(row, "silent_s")) + (text_in(row, "place").empty() ? stopped_text(row) : "");
+}
+
+/// At work first; of those that wait not all, since the remark below them tells of all.
+std::string running_lines(const Node& rows, double silence) {
+  std::string text;
+  std::size_t left_out = 0, queued = 0;
+  for (const Node& row : rows.items())
+    if (row.find("queued") && ++queued > kShownPending)
+      ++left_out;
+    else
+      text += "\n" + running_line(row, silence);
+  if (left_out > 0) text += "\n  and " + std::to_string(left_out) + " more pending";
+  return text;
+}
+
+/// What works without a driver: arrays of one that died, worklists that others work on.
+std::string text_of_waves(const OutputTree& tree, const std::string& out) {
+  std::string text;
+  for (const WaveFolder& wave : open_waves(tree)) {
+    const auto file = load_task_file(wave.worklist());
+    if (!file) continue;
+    std::size_t items = 0, recorded = 0;
+    for (std::size_t t = 0; t < file->tasks.size(); ++t)
+      for (std::size_t i = 0; i < file->tasks[t].items.size(); ++i, ++items)
+        recorded += store::exists(result_path(wave.folder, t, i));
+    const auto sign = latest_sign(wave);
+    text += "\n" +
+            (wave.name.empty()
+                 ? "worklist " + wave.worklist() + " of " + counted(file->tasks.size(), "task")
+                 : "array " + wave.name + " of " + counted(file->tasks.size(), "element") + " is on the cluster") +
+            ": " + std::to_string(recorded) + " of " + std::to_string(items) + " recorded" +
+            (sign ? ", last sign of life " + number_text(std::max(0.0, std::ceil(*sign))) + " s ago" : "");
+    text += wave.name.empty() ? "; the next run of the job finds what is made"
+                              : "; the next run takes it over, scanmill cancel " + out + " takes it back";
+  }
+  return text;
 }
 
 int no_output(const std::string& out, Console& console) {
@@ -158,7 +202,7 @@ int show_status(const std::string& out, Console& console) {
                           : "running on another machine, last sign " + text_in(*live.tree, "heartbeat") + ": " + who;
     if (const Node* counts = live.tree->find("counts"); counts && counts->is_map()) text += "\n" + count_line(*counts);
     if (const Node* running = live.tree->find("running"); running && running->is_sequence() && live.is_alive)
-      for (const Node& row : running->items()) text += "\n" + running_line(row, silence);
+      text += running_lines(*running, silence);
     if (const double left = number_in(*live.tree, "seconds_left"); left > 0 && live.is_alive)
       text += "\nabout " + clock_text(left) + " h left";
     if (const std::string remark = text_in(*live.tree, "remark"); !remark.empty()) text += "\n" + remark;
@@ -182,6 +226,7 @@ int show_status(const std::string& out, Console& console) {
     event.set("state", "empty");
     text = "no run yet";
   }
+  if (!live.is_alive && (!live.tree || live.is_here)) text += text_of_waves(tree, out);
   const auto quarantined = Quarantine::load(tree.quarantine_file()).names();
   event.set("quarantined", static_cast<std::uint64_t>(quarantined.size()));
   if (!quarantined.empty())
@@ -216,6 +261,10 @@ int cancel_run(const std::string& out, Console& console) {
     return kExitInternal;
   }
   event.set("asked", true);
+  if (text_in(*live.tree, "remark").starts_with("ending")) {
+    console.result(out + ": asked to stop before; what is at work is stopped at once now", event);
+    return kExitGood;
+  }
   console.result(out + ": asked pid " + std::to_string(static_cast<long>(number_in(*live.tree, "pid"))) + " on " +
                      text_in(*live.tree, "host") +
                      " to bring its scans to the end and stop; ask once more to stop at once",

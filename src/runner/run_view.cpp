@@ -40,8 +40,15 @@ std::string short_clock(double seconds) {
 std::vector<const Running*> slowest_first(std::span<const Running> running) {
   std::vector<const Running*> list;
   for (const Running& one : running) list.push_back(&one);
-  std::sort(list.begin(), list.end(), [](const Running* a, const Running* b) { return a->began < b->began; });
+  std::sort(list.begin(), list.end(), [](const Running* a, const Running* b) {
+    return a->is_queued != b->is_queued ? b->is_queued : a->began < b->began;
+  });
   return list;
+}
+
+/// "bun" or "bun frame-3"
+std::string name_of_running(const RunPicture& picture, const Running& one) {
+  return picture.names[one.order.scan] + (one.order.part.empty() ? "" : " " + one.order.part);
 }
 
 std::uint64_t percent(std::uint64_t part, std::uint64_t whole) {
@@ -55,8 +62,14 @@ std::uint64_t failed_of(const RunReport& report) {
   return report.count(ScanFate::Failed) + report.count(ScanFate::Stale);
 }
 
+std::size_t count_at_work(const RunPicture& picture) {
+  return static_cast<std::size_t>(
+      std::count_if(picture.running.begin(), picture.running.end(), [](const Running& one) { return !one.is_queued; }));
+}
+
 /// By the bytes that are through; 0 while that says nothing.
 double seconds_left(const RunPicture& picture) {
+  if (!picture.running.empty() && count_at_work(picture) == 0) return 0;  // nobody knows when those begin
   if (picture.bytes_done == 0 || picture.seconds < 1) return 0;
   return picture.seconds * static_cast<double>(picture.bytes_all - picture.bytes_done) /
          static_cast<double>(picture.bytes_done);
@@ -73,11 +86,14 @@ std::string line_of(const RunPicture& picture) {
   std::string line = std::to_string(report.count(ScanFate::Done)) + " done";
   if (const auto unchanged = report.count(ScanFate::Unchanged)) line += ", " + std::to_string(unchanged) + " unchanged";
   if (const auto failed = failed_of(report)) line += ", " + std::to_string(failed) + " failed";
-  line += ", " + std::to_string(picture.running.size()) + " running";
-  if (!picture.running.empty()) {
+  const std::size_t at_work = count_at_work(picture);
+  line += ", " + std::to_string(at_work) + " running";
+  if (at_work > 0) {
     const Running& slowest = *slowest_first(picture.running).front();
-    line += " (" + picture.names[slowest.order.scan] + " " + slowest.stage + " " + short_clock(age_of(slowest)) + ")";
+    line += " (" + name_of_running(picture, slowest) + " " + slowest.stage + " " + short_clock(age_of(slowest)) + ")";
   }
+  if (const auto queued = picture.running.size() - at_work; queued > 0)
+    line += ", " + std::to_string(queued) + " pending";
   line += ", " + std::to_string(picture.waiting) + " waiting | " +
           std::to_string(percent(picture.bytes_done, picture.bytes_all)) + " % of " + bytes_text(picture.bytes_all) +
           " | " + short_clock(picture.seconds);
@@ -89,9 +105,11 @@ std::string line_of(const RunPicture& picture) {
 std::vector<std::string> block_of(const RunPicture& picture) {
   std::vector<std::string> lines;
   for (const Running* one : slowest_first(picture.running)) {
-    std::string line = "  " + picture.names[one->order.scan] + "  " + one->stage;
+    if (one->is_queued) break;  // the remark tells of them
+    std::string line = "  " + name_of_running(picture, *one) + "  " + one->stage;
     if (one->total > 0) line += "  " + std::to_string(percent(one->done, one->total)) + " %";
     line += "  " + short_clock(age_of(*one)) + ", " + counted(static_cast<std::uint64_t>(one->order.threads), "thread");
+    if (!one->place.empty()) line += ", " + one->place;
     line += silence_text(silence_of(*one));
     lines.push_back(std::move(line));
   }
@@ -128,6 +146,9 @@ Node to_document(const RunPicture& picture, std::uint64_t epoch) {
   for (const Running* one : slowest_first(picture.running)) {
     Node row = Node::map();
     row.set("scan", picture.names[one->order.scan]);
+    if (!one->order.part.empty()) row.set("part", one->order.part);
+    if (one->is_queued) row.set("queued", true);
+    if (!one->place.empty()) row.set("place", one->place);
     row.set("stage", one->stage);
     row.set("done", one->done);
     row.set("total", one->total);
@@ -160,6 +181,7 @@ void RunView::show(const RunPicture& picture) {
   if (style == ProgressStyle::Tty) return console_.block(block_of(picture));
   if (style == ProgressStyle::Plain) return console_.progress_line(utc_now() + "  " + line_of(picture), Node());
   for (const Running& one : picture.running) {
+    if (one.is_queued) continue;
     Node event = Console::event("progress");
     event.set("scan", picture.names[one.order.scan]);
     event.set("stage", one.stage);

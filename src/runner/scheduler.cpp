@@ -137,8 +137,24 @@ void Scheduler::put_on_list(std::size_t scan) {
   bytes_all_ += item.bytes;
   const CutParts parts = p_.journal ? p_.maker.parts_of(p_.selection.scans[scan]) : CutParts{};
   if (parts.waves.empty()) return list_.add(item);
+  tell_of_cut(scan, parts);
   cut_[scan] = {parts.waves, parts.whole_from, 0, 0, item.bytes, {}, {}, false};
   put_next_wave(scan);
+}
+
+/// "cut into 4 map, 1 gather, 27 frame, 4 pick: 36 parts in 4 waves, then the scan itself"
+void Scheduler::tell_of_cut(std::size_t scan, const CutParts& parts) {
+  std::string kinds;
+  std::size_t count = 0;
+  for (const auto& wave : parts.waves) {
+    count += wave.size();
+    std::map<std::string, std::size_t> of_kind;
+    for (const std::string& part : wave) ++of_kind[part.substr(0, part.find(' '))];
+    for (const auto& [kind, number] : of_kind)
+      kinds += (kinds.empty() ? "" : ", ") + std::to_string(number) + " " + kind;
+  }
+  p_.console.note(name(scan), "cut into " + kinds + ": " + counted(count, "part") + " in " +
+                                  counted(parts.waves.size(), "wave") + ", then the scan itself");
 }
 
 /// Parts of the next wave, which share the bytes of the scan; after the last one the scan itself.
@@ -245,16 +261,22 @@ void Scheduler::listen() {
   if (p_.stop.signal == 0) return;
   if (!list_.empty()) put_off("");
   const auto running = p_.executor.running().size();
+  const auto queued = static_cast<std::size_t>(std::count_if(p_.executor.running().begin(), p_.executor.running().end(),
+                                                             [](const Running& one) { return one.is_queued; }));
   if (!draining_ && running > 0 && !p_.stop.flag.is_set()) {
     draining_ = true;
     p_.executor.drain();
     remark_ = "stopping: what is at work is brought to its end; once more stops at once";
-    p_.console.remark("stopping: " + counted(running, "scan") + (running == 1 ? " is" : " are") +
-                      " brought to the end; once more stops at once");
+    p_.console.remark("stopping: " + counted(running - queued, "scan") + (running - queued == 1 ? " is" : " are") +
+                      " brought to the end" + (queued > 0 ? ", " + std::to_string(queued) + " taken back" : "") +
+                      "; once more stops at once");
   }
   if (p_.stop.flag.is_set() && running > 0) {
     if (stop_at_ == Clock::time_point{}) {
       stop_at_ = now;
+      if (p_.executor.is_remote())
+        p_.console.remark("stopping at once: " + counted(running, "scan") + (running == 1 ? " is" : " are") +
+                          " cancelled");
       p_.executor.stop_all();
     } else if (now - stop_at_ > kStopPatience) {
       p_.executor.kill_all();
@@ -568,9 +590,12 @@ void Scheduler::keep_state() {
 }
 
 RunPicture Scheduler::picture() const {
+  std::string remark = remark_;
+  if (const std::string waits = p_.executor.waits_for(); !waits.empty())
+    remark += (remark.empty() ? "pending: " : "; pending: ") + waits;
   return {p_.report,    p_.executor.running(), names_,
           list_.size(), bytes_done_,           bytes_all_,
-          remark_,      seconds_since(began_), p_.stop.signal != 0};
+          remark,       seconds_since(began_), p_.stop.signal != 0};
 }
 
 }  // namespace scanmill::runner

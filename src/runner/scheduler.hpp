@@ -47,6 +47,7 @@ class Scheduler {
   void show(ScanEntry& entry);
   void put_on_list(std::size_t scan);
   void put_next_wave(std::size_t scan);
+  void tell_of_cut(std::size_t scan, const CutParts& parts);
   void end_part(const WorkItem& item, Ended&& ended);
   WorkItem take_from_work(const Order& order);
   void tell_of_deadline();

@@ -2,6 +2,7 @@
 #include "runner/slurm_client.hpp"
 
 #include <algorithm>
+#include <cctype>
 #include <charconv>
 #include <cmath>
 
@@ -15,7 +16,8 @@ constexpr auto kSubmitLimit = std::chrono::seconds(60);
 constexpr auto kCancelLimit = std::chrono::seconds(15);
 constexpr std::uint64_t kMiB = 1ull << 20;
 constexpr std::size_t kLongestElement = 40, kLongestState = 24, kLongestStatus = 12, kLongestName = 100;
-constexpr const char* kColumns = "JobArrayID:40,State:24,exit_code:12,Name:100,Reason:60";
+constexpr std::size_t kLongestReason = 100, kLongestNode = 60;
+constexpr const char* kColumns = "JobArrayID:40,State:24,exit_code:12,Name:100,Reason:100,NodeList:60,RestartCnt:8";
 
 std::string trimmed(std::string_view text) {
   const auto begin = text.find_first_not_of(" \t\r"), end = text.find_last_not_of(" \t\r");
@@ -30,6 +32,13 @@ std::optional<Integer> whole(std::string_view text) {
   return value;
 }
 
+/// Of sbatch's reply: "123" or "123;cluster", after whatever a site's plug-ins print.
+std::optional<std::uint64_t> number_in(const std::string& reply) {
+  for (const std::string& line : lines_of(reply))
+    if (const auto number = whole<std::uint64_t>(trimmed(line).substr(0, trimmed(line).find(';')))) return number;
+  return std::nullopt;
+}
+
 std::optional<QueueRow> row_of(std::string_view line) {
   std::string columns[5];
   constexpr std::size_t kWidths[] = {kLongestElement, kLongestState, kLongestStatus, kLongestName};
@@ -38,8 +47,11 @@ std::optional<QueueRow> row_of(std::string_view line) {
     columns[i] = trimmed(line.substr(0, kWidths[i]));
     line.remove_prefix(kWidths[i]);
   }
-  columns[4] = trimmed(line);
-  QueueRow row;
+  // The last ones are for people, and versions differ in them.
+  columns[4] = trimmed(line.substr(0, kLongestReason));
+  line.remove_prefix(std::min(line.size(), kLongestReason));
+  const std::string node = trimmed(line.substr(0, kLongestNode));
+  line.remove_prefix(std::min(line.size(), kLongestNode));
   // "12_3"; what of an array never began and was cancelled is "12", what waits may be "12_[4-9%2]".
   const auto bar = columns[0].find('_');
   const std::string job = columns[0].substr(0, bar);
@@ -48,7 +60,8 @@ std::optional<QueueRow> row_of(std::string_view line) {
   const auto index = is_rest ? std::size_t{0} : whole<std::size_t>(number);
   const auto status = whole<int>(columns[2]);
   if (!whole<std::uint64_t>(job) || !index || !status || columns[1].empty() || columns[3].empty()) return std::nullopt;
-  return QueueRow{columns[3], job, *index, is_rest, columns[1], *status, columns[4]};
+  return QueueRow{
+      columns[3], job, *index, is_rest, columns[1], *status, columns[4], node, whole<int>(trimmed(line)).value_or(-1)};
 }
 
 }  // namespace
@@ -124,17 +137,13 @@ std::optional<std::string> SlurmClient::submit(const ArraySpec& spec, const Clus
   words.push_back(spec.script);
   const CommandReply reply = run_command(words, kSubmitLimit, give_up_);
   if (reply.ok()) {
-    // "123" or "123;cluster", after whatever a site's plug-ins print.
-    for (const std::string& line : lines_of(reply.out)) {
-      const std::string number = trimmed(line).substr(0, trimmed(line).find(';'));
-      if (whole<std::uint64_t>(number)) return number;
-    }
+    if (const auto number = number_in(reply.out)) return std::to_string(*number);
     fault = {true, "sbatch said '" + trimmed(reply.out).substr(0, 200) + "' instead of a job's number"};
     return std::nullopt;
   }
   fault.text = reply.problem();
   // One that was killed may have been on its way; one that is not there never comes.
-  fault.passing = reply.started && (reply.timed_out || reply.status >= 128 || is_passing(fault.text));
+  fault.passing = reply.started && (reply.timed_out || reply.signal != 0 || is_passing(fault.text));
   return std::nullopt;
 }
 
@@ -165,6 +174,38 @@ Result<void> SlurmClient::cancel_element(const std::string& job, std::size_t ind
   const CommandReply reply = run_command({"scancel", "--quiet", job + "_" + std::to_string(index)}, kCancelLimit);
   if (!reply.ok()) return fail(Code::IoFailed, "scancel: " + reply.problem());
   return {};
+}
+
+std::optional<std::uint64_t> SlurmClient::take_number(const std::string& name, const ClusterKeys& keys) const {
+  std::vector<std::string> words = {"sbatch"};
+  words.insert(words.end(), keys.extra.begin(), keys.extra.end());
+  words.insert(words.end(), {"--parsable", "--hold", "--job-name=" + name, "--nodes=1", "--mem=1M", "--time=1",
+                             "--output=/dev/null"});
+  if (!keys.partition.empty()) words.push_back("--partition=" + keys.partition);
+  if (!keys.account.empty()) words.push_back("--account=" + keys.account);
+  if (!keys.qos.empty()) words.push_back("--qos=" + keys.qos);
+  words.push_back("--wrap=:");
+  const CommandReply reply = run_command(words, kSubmitLimit, give_up_);
+  if (!reply.ok()) return std::nullopt;
+  return number_in(reply.out);
+}
+
+std::vector<IdleNodes> SlurmClient::idle_nodes(const std::string& partition) const {
+  std::vector<std::string> words = {"sinfo", "--noheader", "--list-reasons", "-o", "%T|%N|%E"};
+  if (!partition.empty()) words.push_back("--partition=" + partition);
+  const CommandReply reply = run_command(words, kLookLimit, give_up_);
+  std::vector<IdleNodes> found;
+  if (!reply.ok()) return found;
+  for (const std::string& line : lines_of(reply.out)) {
+    const auto first = line.find('|'), second = first == std::string::npos ? first : line.find('|', first + 1);
+    if (second == std::string::npos) continue;
+    const std::string_view text = line;
+    found.push_back({trimmed(text.substr(0, first)), trimmed(text.substr(first + 1, second - first - 1)),
+                     trimmed(text.substr(second + 1))});
+    std::string& state = found.back().state;  // "drained*": the node does not answer
+    while (!state.empty() && !std::isalpha(static_cast<unsigned char>(state.back()))) state.pop_back();
+  }
+  return found;
 }
 
 std::optional<std::uint64_t> SlurmClient::largest_node(const std::string& partition) const {

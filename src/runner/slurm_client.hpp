@@ -23,6 +23,13 @@ struct QueueRow {
   std::string state;     // a word
   int wait_status = 0;   // as wait(2) gives it, once it ended
   std::string reason;    // why it waits, or failed
+  std::string node;      // that it has, or had
+  int restarts = 0;      // times that Slurm put it back into the queue; -1: not told
+};
+
+/// Nodes that Slurm gives no work, and why, as `sinfo --list-reasons` has them.
+struct IdleNodes {
+  std::string state, nodes, reason;
 };
 
 /// The rows of `squeue -O` in our columns; nothing when a line has another form: the answer is not to be trusted then.
@@ -58,6 +65,10 @@ class SlurmClient {
   Result<void> cancel(const std::string& name, const std::string& state, const std::string& signal) const;
   /// One element.
   Result<void> cancel_element(const std::string& job, std::size_t index) const;
+  /// A job that never starts, and its number: the next one gets a higher one. Nothing when Slurm does not take it.
+  std::optional<std::uint64_t> take_number(const std::string& name, const ClusterKeys& keys) const;
+  /// Nodes that are drained, down or failing; empty when Slurm does not say.
+  std::vector<IdleNodes> idle_nodes(const std::string& partition) const;
   /// Memory of the largest node in bytes; nothing when Slurm does not say.
   std::optional<std::uint64_t> largest_node(const std::string& partition) const;
   /// A value of `scontrol show config`.

@@ -24,6 +24,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr auto kTick = std::chrono::milliseconds(100);
+constexpr int kLastSignal = 31;
 constexpr std::size_t kMostText = 64u << 20;  // of a reply; 1,200 jobs take 0.3 MB
 
 std::vector<std::string> environment() {
@@ -118,6 +119,8 @@ CommandReply run_command(const std::vector<std::string>& words, std::chrono::mil
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }
   reply.status = WIFSIGNALED(status) ? 128 + WTERMSIG(status) : WEXITSTATUS(status);
+  // A site's wrapper of the command tells of a signal as shells do. 255 is sbatch's own word for a wrong option.
+  if (reply.status > 128 && reply.status <= 128 + kLastSignal) reply.signal = reply.status - 128;
   return reply;
 }
 

@@ -11,6 +11,7 @@ namespace scanmill::runner {
 struct CommandReply {
   bool started = false, timed_out = false;
   int status = -1;  // exit code; 128 + signal when it was killed
+  int signal = 0;   // that killed it, or a command of its own that it waited for; 0: it ended by itself
   std::string out, err;
 
   bool ok() const { return started && !timed_out && status == 0; }

@@ -22,6 +22,7 @@ using Clock = std::chrono::steady_clock;
 using document::Node;
 
 constexpr std::uint64_t kUnknownMemory = 64ull << 30;
+constexpr double kSilentLook = 2;  // s, between looks at most while the controller is out of reach
 constexpr double kLeastTime = 300, kTimeOverForecast = 8;  // of a scan's share of an element's time limit
 
 }  // namespace
@@ -67,11 +68,15 @@ std::vector<Ended> SlurmRun::wait(std::chrono::milliseconds timeout) {
   }
   if (now >= next_look_ && has_submitted()) {
     look();
-    next_look_ = Clock::now() + seconds(draining_ ? std::min(1.0, o_.keys.poll_s) : o_.keys.poll_s);
+    // What a controller that comes back has forgotten is to be noticed before it starts anything of ours again.
+    const double pause = draining_ ? 1.0 : silent_ ? kSilentLook : o_.keys.poll_s;
+    next_look_ = Clock::now() + seconds(std::min(pause, o_.keys.poll_s));
   }
   for (std::size_t w = 0; w < waves_.size(); ++w)
     if (!waves_[w].closed) judge(w);
+  tell_of_excused();
   if (list_changed_) list_running();
+  tell_of_waiting();
   if (ended_.empty() && !wanted_.empty()) (void)poll(nullptr, 0, static_cast<int>(timeout.count()));
   return std::exchange(ended_, {});
 }
@@ -116,29 +121,6 @@ double SlurmRun::granted(const Wanted& wanted) const {
   if (o_.keys.time_s > 0) return o_.keys.time_s;
   const double forecast = forecast_seconds(wanted.bytes, o_.bytes_per_core_second, wanted.order.threads);
   return std::min(o_.frame.time_limit_s, std::max(kLeastTime, kTimeOverForecast * forecast));
-}
-
-void SlurmRun::list_running() {
-  running_.clear();
-  std::map<std::size_t, std::size_t> place;
-  for (const auto& [scan, wanted] : wanted_) {
-    place[scan] = running_.size();
-    running_.push_back({wanted.order, 0, wanted.began, "queued", 0, 0});
-  }
-  for (const Wave& wave : waves_) {
-    if (wave.closed) continue;
-    for (const Element& element : wave.elements) {
-      if (!element.heartbeat || element.settled || element.heartbeat->item >= element.scans.size()) continue;
-      const auto at = place.find(element.scans[element.heartbeat->item]);
-      if (at == place.end() || element.recorded[element.heartbeat->item]) continue;
-      Running& one = running_[at->second];
-      one.pid = element.heartbeat->pid;
-      one.stage = element.heartbeat->stage;
-      one.done = element.heartbeat->done;
-      one.total = element.heartbeat->total;
-    }
-  }
-  list_changed_ = false;
 }
 
 void SlurmRun::finish(std::size_t scan, Ended ended) {
@@ -198,8 +180,10 @@ std::unique_ptr<Executor> make_slurm_executor(SlurmOptions options) {
   return std::make_unique<SlurmRun>(std::move(options));
 }
 
-std::uint64_t cluster_memory(const ClusterKeys& keys) {
-  const std::uint64_t node = SlurmClient().largest_node(keys.partition).value_or(kUnknownMemory);
+std::uint64_t cluster_memory(const ClusterKeys& keys, bool& is_known) {
+  const auto largest = SlurmClient().largest_node(keys.partition);
+  is_known = largest.has_value();
+  const std::uint64_t node = largest.value_or(kUnknownMemory);
   return node > 2 * kTaskMemory ? node - kTaskMemory : node;
 }
 

@@ -31,7 +31,8 @@ struct SlurmOptions {
 /// waves; what Slurm still has of them is cancelled.
 std::unique_ptr<Executor> make_slurm_executor(SlurmOptions options);
 
-/// Memory that an element may have, of the cluster's largest node; what the task itself needs is taken off.
-std::uint64_t cluster_memory(const ClusterKeys& keys);
+/// Memory that an element may have, of the cluster's largest node; what the task itself needs is taken off. `is_known`:
+/// Slurm told; else it is a guess.
+std::uint64_t cluster_memory(const ClusterKeys& keys, bool& is_known);
 
 }  // namespace scanmill::runner

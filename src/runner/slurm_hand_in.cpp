@@ -31,8 +31,8 @@ void SlurmRun::flush() {
   for (const auto& [scan, wanted] : wanted_)
     if (wanted.waits && wanted.not_before <= now) by_memory[wanted.order.memory].push_back(scan);
   for (auto& [memory, scans] : by_memory) plan_waves(memory, scans);
-  for (std::size_t w = 0; w < waves_.size() && !broken_; ++w)
-    if (!waves_[w].closed && !waves_[w].submitted && waves_[w].next_try <= Clock::now()) submit(waves_[w]);
+  for (std::size_t w = 0; w < waves_.size() && !broken_ && next_try_ <= Clock::now(); ++w)
+    if (!waves_[w].closed && !waves_[w].submitted) submit(waves_[w]);
 }
 
 void SlurmRun::plan_waves(std::uint64_t memory, const std::vector<std::size_t>& scans) {
@@ -107,8 +107,11 @@ std::string SlurmRun::script_of(const TaskFile& file) const {
   std::string words;
   for (const std::string& word : o_.keys.wrap) words += shell_word(word) + " ";
   const std::string program = o_.keys.program.empty() ? own_path() : o_.keys.program;
-  return "#!/bin/sh\nexec " + words + shell_word(program) + " task " +
-         shell_word(o_.frame.out + "/work/" + file.token + "/" + kTaskFileName) + " \"$SLURM_ARRAY_TASK_ID\"\n";
+  const std::string folder = o_.frame.out + "/work/" + file.token + "/";
+  // The mark tells that the element began, and under which number, before anything of ours could fail.
+  return "#!/bin/sh\n( : >" + shell_word(folder) + began_name("\"$SLURM_ARRAY_TASK_ID\"", "\"$SLURM_JOB_ID\"") +
+         " ) 2>/dev/null\nexec " + words + shell_word(program) + " task " + shell_word(folder + kTaskFileName) +
+         " \"$SLURM_ARRAY_TASK_ID\"\n";
 }
 
 std::string SlurmRun::own_path() {
@@ -123,8 +126,10 @@ void SlurmRun::submit(Wave& wave) {
     const auto rows = slurm_.look({wave.folder.name});
     if (!rows) return retry_later(wave, rows.error().text());
     wave.looked_up = true;
+    wave.in_doubt |= !rows->empty();
     if (!rows->empty()) return accept(wave);
   }
+  if (may_repeat_numbers_) skip_numbers();
   ArraySpec spec;
   spec.name = wave.folder.name;
   spec.count = wave.elements.size();
@@ -135,7 +140,10 @@ void SlurmRun::submit(Wave& wave) {
   spec.script = spec.folder + "/script.sh";
   SubmitFault fault;
   ++wave.tries;
-  if (slurm_.submit(spec, o_.keys, fault)) return accept(wave);
+  if (const auto job = slurm_.submit(spec, o_.keys, fault)) {
+    know_number(std::strtoull(job->c_str(), nullptr, 10));
+    return accept(wave);
+  }
   wave.looked_up = false;
   if (fault.passing) return retry_later(wave, "sbatch: " + fault.text);
   broken_ = fail(Code::BadParameter,
@@ -144,16 +152,23 @@ void SlurmRun::submit(Wave& wave) {
 
 void SlurmRun::accept(Wave& wave) {
   wave.submitted = true;
+  list_changed_ = true;
   for (Element& element : wave.elements) element.last_sign = Clock::now();
   next_look_ = std::max(next_look_, Clock::now() + scan_interval_);
-  if (wave.tries > 1) o_.note("", "submitted after " + std::to_string(wave.tries) + " tries");
+  if (vain_tries_ > 0) o_.note("", "submitted after " + std::to_string(vain_tries_) + " tries in vain");
+  vain_tries_ = 0;
 }
 
+/// One pause for all arrays: what keeps one of them back keeps all.
 void SlurmRun::retry_later(Wave& wave, const std::string& why) {
-  const double pause = std::min(kMostBackOff, o_.keys.poll_s * std::pow(2, std::min(wave.tries, 10) - 1));
-  if (wave.tries <= 1 || pause >= kMostBackOff)
+  const double before = o_.keys.poll_s * std::pow(2, std::min(vain_tries_, 10) - 1);
+  const double pause = std::min(kMostBackOff, std::max(o_.keys.poll_s, 2 * before));
+  ++vain_tries_;
+  wave.in_doubt = true;
+  list_changed_ = true;
+  if (before < kMostBackOff || vain_tries_ % 10 == 0)
     o_.note("", why + "; tried again in " + number_text(std::ceil(pause)) + " s");
-  wave.next_try = Clock::now() + seconds(pause);
+  next_try_ = Clock::now() + seconds(pause);
 }
 
 void SlurmRun::take_over() {
@@ -170,6 +185,7 @@ void SlurmRun::take_over() {
     wave.folder = folder;
     wave.tries = 1;
     wave.looked_up = false;  // it may have died before it submitted
+    wave.in_doubt = true;    // what befell the controller meanwhile is not known
     std::vector<std::string> digests;
     for (const Node& keys : file->keys) digests.push_back(keys_digest(keys));
     for (std::size_t t = 0; t < file->tasks.size(); ++t) {

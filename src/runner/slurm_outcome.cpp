@@ -1,12 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What comes back: records of tasks, signs of life, Slurm's words; and what they mean for a scan.
-#include <sys/wait.h>
-
+// What comes back: records of tasks, signs of life, Slurm's words; and when an element is over.
 #include <algorithm>
-#include <csignal>
-#include <cstring>
 #include <filesystem>
-#include <fstream>
 
 #include "base/text.hpp"
 #include "runner/scan_messages.hpp"
@@ -21,18 +16,11 @@ namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 using document::Node;
 
-constexpr int kMostCancelled = 2, kMostLaunches = 2, kHopelessLaunches = 3;
-
-/// The last lines of an element's log, on one line.
-std::string last_words(const std::string& log) {
-  std::ifstream file(log, std::ios::binary);
-  std::vector<std::string> lines;
-  for (std::string line; std::getline(file, line);)
-    if (!words_of(line).empty()) lines.push_back(line.substr(0, 300));
-  std::string text;
-  for (std::size_t i = lines.size() - std::min<std::size_t>(lines.size(), 2); i < lines.size(); ++i)
-    text += (text.empty() ? "" : " / ") + lines[i];
-  return text;
+/// Whether a row tells that the element waits until a person lets it go on.
+bool is_held(const Element& element) {
+  if (element.word == "REQUEUE_HOLD" || element.word == "RESV_DEL_HOLD" || element.word == "SPECIAL_EXIT") return true;
+  const std::string& reason = element.reason;
+  return reason.starts_with("JobHeld") || reason.find("held") != std::string::npos;
 }
 
 }  // namespace
@@ -46,7 +34,13 @@ void SlurmRun::read_records(Wave& wave) {
   std::vector<std::pair<std::size_t, std::size_t>> records;
   for (fs::directory_iterator it(wave.folder.folder, error), end; !error && it != end; it.increment(error)) {
     const std::string file = it->path().filename().string();
-    if (const auto numbers = result_numbers(file)) {
+    if (const auto began = began_numbers(file)) {
+      know_number(began->second);
+      if (began->first >= wave.elements.size() || wave.elements[began->first].began) continue;
+      wave.elements[began->first].began = true;
+      wave.elements[began->first].last_sign = wave.elements[began->first].began_at = Clock::now();
+      list_changed_ = true;
+    } else if (const auto numbers = result_numbers(file)) {
       if (numbers->first < wave.elements.size() && numbers->second < wave.elements[numbers->first].recorded.size() &&
           !wave.elements[numbers->first].recorded[numbers->second])
         records.push_back(*numbers);
@@ -66,7 +60,7 @@ void SlurmRun::hear(Element& element, const std::string& path) {
   if (!stamp || stamp->mtime_ns <= element.beat_ns) return;
   element.beat_ns = stamp->mtime_ns;
   element.beat_file = path;
-  element.last_sign = Clock::now();
+  element.last_sign = element.heard = Clock::now();
   started_ = true;
   if (element.heartbeat && Clock::now() - element.beat_read < std::chrono::seconds(1)) return;
   if (auto beat = load_heartbeat(path)) {
@@ -107,7 +101,8 @@ void SlurmRun::look() {
   const auto rows = slurm_.look(names);
   if (!rows) {
     if (!silent_) o_.note("", rows.error().text() + "; going on by the tasks' own records");
-    silent_ = true;
+    silent_ = list_changed_ = true;
+    doubt_all();
     return;
   }
   if (std::exchange(silent_, false)) o_.note("", "Slurm answers again");
@@ -121,6 +116,8 @@ void SlurmRun::look() {
     if (row.is_rest)
       for (Element& element : waves_[waves[row.name]].elements)
         if (!element.seen) see(element, row);
+  find_forgotten();
+  list_changed_ = true;
 }
 
 void SlurmRun::see(Element& element, const QueueRow& row) {
@@ -136,6 +133,8 @@ void SlurmRun::see(Element& element, const QueueRow& row) {
   element.reason = row.reason;
   element.job = row.job;
   element.wait_status = row.wait_status;
+  element.restarts = row.restarts;
+  if (!row.node.empty()) element.node = row.node;
   if (alive) {
     element.last_sign = Clock::now();
     element.over_since = {};
@@ -156,6 +155,15 @@ void SlurmRun::judge(std::size_t w) {
   if (all) close(waves_[w], false);
 }
 
+bool SlurmRun::lives(const Wave& wave, const Element& element) const {
+  if (element.beat_file.empty())  // its program may be about to come up
+    return wave.in_doubt && element.began && seconds_since(element.began_at) < o_.keys.lease_s;
+  if (seconds_since(element.heard) >= o_.keys.lease_s) return false;
+  // A sign that came when Slurm had told of the end for a while tells that Slurm is wrong, or tells of another's end.
+  const bool after_end = element.heard > element.over_since + seconds(std::max(1.0, o_.keys.lease_s / 4));
+  return (wave.in_doubt || after_end) && store::exists(element.beat_file);
+}
+
 void SlurmRun::judge_element(Wave& wave, std::size_t e) {
   Element& element = wave.elements[e];
   if (element.is_over()) {
@@ -164,17 +172,17 @@ void SlurmRun::judge_element(Wave& wave, std::size_t e) {
     const double patience = draining_ ? 0.2 : well ? o_.keys.lease_s : std::min(o_.keys.lease_s, 2 * o_.keys.poll_s);
     if (seconds_since(element.over_since) < patience) return;
     read_records(wave);
+    if (!draining_ && !element.has_all() && lives(wave, element)) return;
     if (!element.has_all()) resolve(wave, e, *element.phase);
     element.settled = true;
     return;
   }
-  if (element.seen && element.phase == JobPhase::Waiting &&
-      (element.reason.starts_with("launch") || element.reason == "JobHeldAdmin" || element.reason == "JobHeldUser"))
-    return judge_held(wave, e);
+  if (element.seen && element.phase == JobPhase::Waiting && is_held(element)) return judge_held(wave, e);
   if (element.seen) return;
   // Slurm does not know it, or does not answer. Only silence of both for the whole lease means that it is lost.
   if (answered_ <= element.last_sign || seconds_since(element.last_sign) < o_.keys.lease_s) return;
   read_records(wave);
+  if (!element.seen) may_repeat_numbers_ = wave.in_doubt = true;
   if (!element.has_all()) resolve(wave, e, JobPhase::Lost);
   element.settled = true;
 }
@@ -182,138 +190,17 @@ void SlurmRun::judge_element(Wave& wave, std::size_t e) {
 void SlurmRun::judge_held(Wave& wave, std::size_t e) {
   Element& element = wave.elements[e];
   if (!element.reason.starts_with("launch")) {
-    if (warned_.insert(element.job + "_" + std::to_string(e)).second)
-      o_.note("", "job " + element.job + "_" + std::to_string(e) + " is held (" + element.reason +
-                      "); scontrol release lets it go on");
+    const std::string job = element.job + "_" + std::to_string(e);
+    if (warned_.insert(job).second)
+      o_.note("", "job " + job + " is held (" +
+                      (element.word == "PENDING" ? element.reason : element.word + ", " + element.reason) +
+                      "): scontrol release " + job + " lets it go on");
     return;
   }
   (void)slurm_.cancel_element(element.job, e);
   read_records(wave);
   if (!element.has_all()) resolve(wave, e, JobPhase::Lost);
   element.settled = true;
-}
-
-void SlurmRun::resolve(Wave& wave, std::size_t e, JobPhase phase) {
-  Element& element = wave.elements[e];
-  if (const std::string path = element.beat_file; !path.empty())
-    if (auto beat = load_heartbeat(path)) element.heartbeat = *std::move(beat);
-  std::vector<std::size_t> left;
-  for (std::size_t i = 0; i < element.scans.size(); ++i)
-    if (!element.recorded[i]) left.push_back(i);
-  const bool begun = element.heartbeat.has_value();
-  const std::size_t at_work = begun ? std::max(element.heartbeat->item, left.front()) : left.front();
-  if (phase == JobPhase::Ended) {
-    const int status = element.wait_status;
-    if (WIFSIGNALED(status) && WTERMSIG(status) == SIGKILL) phase = JobPhase::OutOfMemory;
-    const int code = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
-    if (code == 128 + SIGTERM || code == 128 + SIGINT) phase = JobPhase::Cancelled;
-    if (code == kExitBusy) phase = JobPhase::Lost;
-    if (!begun && phase == JobPhase::Ended && code != 0) return failed_launch(wave, e, left, code);
-  }
-  for (const std::size_t i : left) {
-    const std::size_t scan = element.scans[i];
-    const auto at = wanted_.find(scan);
-    element.recorded[i] = true;
-    if (at == wanted_.end()) continue;
-    if (draining_) {
-      give_back(scan);
-    } else if (i == at_work || phase == JobPhase::Lost || phase == JobPhase::Cancelled) {
-      blame(wave, e, at->second, phase, begun);
-    } else {
-      again(scan, 0, "");  // not reached
-    }
-  }
-}
-
-void SlurmRun::blame(const Wave& wave, std::size_t e, Wanted& wanted, JobPhase phase, bool begun) {
-  const Element& element = wave.elements[e];
-  const std::size_t scan = wanted.unit;
-  Ended ended;
-  ended.stage = element.heartbeat ? element.heartbeat->stage : "";
-  const std::string job = "job " + (element.job.empty() ? wave.folder.name : element.job) + "_" + std::to_string(e);
-  const std::string log = last_words(wave.folder.folder + "/" + std::to_string(e) + ".log");
-  switch (phase) {
-    case JobPhase::OutOfMemory:
-      ended.killed_by_system = true;
-      return finish(scan, std::move(ended));
-    case JobPhase::TimeLimit:
-      if (!begun) return lose(wanted, job + " reached its time limit before it began");
-      if (const bool grows = o_.keys.time_s <= 0 && wanted.granted_s < o_.frame.time_limit_s;
-          grows || element.scans.size() > 1) {
-        if (grows) wanted.granted_s = std::min(o_.frame.time_limit_s, 2 * wanted.granted_s);
-        grants_[scan] = wanted.granted_s;
-        wanted.alone = true;
-        return again(scan, 0, job + " reached its time limit");
-      }
-      ended.over_time = true;
-      if (o_.keys.time_s > 0)
-        return fail_scan(
-            scan, FailureClass::Internal,
-            fail(Code::Internal, "the time limit of an element, " + number_text(o_.keys.time_s) + " s, was reached" +
-                                     (ended.stage.empty() ? "" : " in stage " + ended.stage) +
-                                     "; raise cluster.time or choose larger bins"));
-      return finish(scan, std::move(ended));
-    case JobPhase::Cancelled:
-      if (++wanted.cancelled <= kMostCancelled) return again(scan, 0, job + " was cancelled by somebody else");
-      return fail_scan(scan, FailureClass::Cancelled,
-                       fail(Code::Cancelled, "its job was cancelled " + std::to_string(wanted.cancelled) +
-                                                 " times by somebody else; ask them, and run again"));
-    case JobPhase::Lost:
-      return lose(wanted, job + (element.seen ? " was lost (" + element.word + ")" : " vanished without a sign"));
-    default:
-      break;
-  }
-  ended.death = element.wait_status == 0 ? "an end without a record"
-                : WIFSIGNALED(element.wait_status)
-                    ? "signal " + std::to_string(WTERMSIG(element.wait_status)) + " (" +
-                          std::string(strsignal(WTERMSIG(element.wait_status))) + ")"
-                    : "exit code " + std::to_string(WEXITSTATUS(element.wait_status)) + " without an answer";
-  ended.death += " of " + job + (log.empty() ? "" : " (" + log + ")");
-  finish(scan, std::move(ended));
-}
-
-void SlurmRun::lose(Wanted& wanted, const std::string& what) {
-  if (++wanted.lost <= o_.keys.resubmits) return again(wanted.unit, wanted.lost, what);
-  fail_scan(wanted.unit, FailureClass::Transient,
-            fail(Code::IoFailed, "its job was lost " + std::to_string(wanted.lost) + " times, the last time: " + what +
-                                     "; look at the nodes, and run again"));
-}
-
-void SlurmRun::failed_launch(Wave& wave, std::size_t e, const std::vector<std::size_t>& left, int code) {
-  Element& element = wave.elements[e];
-  const std::string log = last_words(wave.folder.folder + "/" + std::to_string(e) + ".log");
-  const std::string what =
-      "the task did not start on its node (exit code " + std::to_string(code) + ")" + (log.empty() ? "" : ": " + log);
-  ++failed_launches_;
-  std::size_t worst = 0;
-  for (const std::size_t i : left) {
-    element.recorded[i] = true;
-    const auto at = wanted_.find(element.scans[i]);
-    if (at == wanted_.end()) continue;
-    worst = std::max(worst, static_cast<std::size_t>(++at->second.launches));
-    if (draining_)
-      give_back(element.scans[i]);
-    else if (at->second.launches <= kMostLaunches)
-      again(element.scans[i], at->second.launches, i == left.front() ? what : "");
-    else
-      fail_scan(element.scans[i], FailureClass::Transient,
-                fail(Code::IoFailed, what + "; look at cluster.wrap, cluster.program and the node"));
-  }
-  if (!started_ && (failed_launches_ >= kHopelessLaunches || worst > kMostLaunches))
-    broken_ = fail(Code::BadParameter,
-                   what +
-                       "; no task has started so far: check cluster.wrap, cluster.program, and that the nodes "
-                       "see the output folder");
-}
-
-void SlurmRun::close(Wave& wave, bool all) {
-  if (wave.closed) return;
-  wave.closed = true;
-  const bool waits = std::any_of(wave.elements.begin(), wave.elements.end(),
-                                 [](const Element& element) { return element.phase == JobPhase::Waiting; });
-  if (all || waits) (void)slurm_.cancel(wave.folder.name, all ? "" : "PENDING", "");
-  close_wave(wave.folder);
-  list_changed_ = true;
 }
 
 }  // namespace scanmill::runner

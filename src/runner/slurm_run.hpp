@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The books of a run on Slurm: what is wanted, what was handed in, what came of it. Internal to the executor;
-// slurm_executor.cpp holds its face, slurm_hand_in.cpp what goes to Slurm, slurm_outcome.cpp what comes back.
+// slurm_executor.cpp holds its face, slurm_hand_in.cpp what goes to Slurm, slurm_outcome.cpp what comes back and
+// slurm_verdict.cpp what it means, slurm_doubt.cpp what a controller forgot, slurm_waiting.cpp the words for it.
 #pragma once
 #include <chrono>
 #include <map>
@@ -36,6 +37,7 @@ class SlurmRun final : public Executor {
   std::vector<Ended> wait(std::chrono::milliseconds timeout) override;
   const std::vector<Running>& running() const override { return running_; }
   bool is_remote() const override { return true; }
+  std::string waits_for() const override { return waits_for_; }
   std::optional<Error> broken() const override { return broken_; }
   void drain() override;
   void stop_all() override;
@@ -71,6 +73,25 @@ class SlurmRun final : public Executor {
   void accept(Wave& wave);
   void retry_later(Wave& wave, const std::string& why);
 
+  // When the controller was killed: what it forgot (slurm_doubt.cpp).
+  /// The controller is out of reach.
+  void doubt_all();
+  /// A number of a job that was given to one of ours.
+  void know_number(std::uint64_t number);
+  /// Elements that began and that Slurm has waiting: it lost their start, and would give their numbers out again.
+  void find_forgotten();
+  /// Sees to it that the next array gets numbers that no job of ours had: nodes refuse a number that they know.
+  void skip_numbers();
+  /// An end that may be another one's: submitted again without counting against anything. False: it counts.
+  bool excuses(Wanted& wanted, const std::string& end, const std::string& job);
+  void tell_of_excused();
+
+  // What is waited for, in words (slurm_waiting.cpp).
+  void list_element(const Wave& wave, std::size_t e, const std::map<std::size_t, std::size_t>& place);
+  void list_waiting();
+  void tell_of_waiting();
+  std::string idle_nodes();
+
   // Taking over.
   /// Waves of a driver that died; their elements wait for scans that are wanted.
   void take_over();
@@ -88,6 +109,8 @@ class SlurmRun final : public Executor {
   void see(Element& element, const QueueRow& row);
   void judge(std::size_t w);
   void judge_element(Wave& wave, std::size_t e);
+  /// Whether the element's task shows life though Slurm says that it is over.
+  bool lives(const Wave& wave, const Element& element) const;
   /// A held job never starts by itself: one whose launch failed is taken back, one that a person holds is told of.
   void judge_held(Wave& wave, std::size_t e);
   /// The element is over, and these of its scans have no record.
@@ -112,15 +135,25 @@ class SlurmRun final : public Executor {
   std::map<std::string, Place> offers_;   // of waves that were taken over, by scan and keys
   std::map<std::size_t, double> grants_;  // time that scans were found to need
   std::vector<Running> running_;
+  std::string waits_for_, told_waits_, looked_at_, idle_nodes_;
+  struct Excused {
+    std::string name, job;  // of the first
+    std::size_t count = 0;
+  };
+  std::map<std::string, Excused> excused_;   // by how they ended
+  std::vector<std::string> closed_unheard_;  // names of arrays that were closed while the controller was out of reach
+  std::map<std::string, std::size_t> reasons_;  // why elements wait, and how many do
+  std::uint64_t highest_number_ = 0;            // of a job of ours
+  int vain_tries_ = 0;                          // to submit, since the last that was answered
   std::vector<Ended> ended_;
   std::optional<Error> broken_;
   std::optional<std::size_t> most_elements_;
   std::set<std::string> warned_;
   std::chrono::steady_clock::duration scan_interval_{};
-  Moment next_scan_{}, next_look_{}, answered_{};
+  Moment next_scan_{}, next_look_{}, answered_{}, next_try_{}, next_idle_look_{}, told_{};
   int failed_launches_ = 0;
   bool draining_ = false, stopping_ = false, silent_ = false, started_ = false, took_leftovers_ = false,
-       list_changed_ = false;
+       list_changed_ = false, may_repeat_numbers_ = false;
 };
 
 }  // namespace scanmill::runner

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <charconv>
 #include <filesystem>
 
 #include "base/text.hpp"
@@ -22,6 +23,7 @@ namespace {
 constexpr const char* kNameFile = "/name";
 constexpr const char* kScriptFile = "/script.sh";
 constexpr const char* kClockFile = "/clock";
+constexpr const char* kBegan = ".began";
 constexpr std::size_t kLongestStem = 24;
 
 std::string work_folder(const OutputTree& tree) { return tree.root() + "/work"; }
@@ -33,6 +35,19 @@ std::string wave_job_name(const std::string& job_path, const std::string& token)
   for (const char c : fs::path(job_path).stem().string().substr(0, kLongestStem))
     stem += std::isalnum(static_cast<unsigned char>(c)) ? c : '-';
   return "scanmill-" + stem + "-" + token;
+}
+
+std::string began_name(const std::string& index, const std::string& number) { return index + "." + number + kBegan; }
+
+std::optional<std::pair<std::size_t, std::uint64_t>> began_numbers(const std::string& name) {
+  if (!name.ends_with(kBegan)) return std::nullopt;
+  std::pair<std::size_t, std::uint64_t> numbers;
+  const char *at = name.data(), *end = at + name.size() - std::string_view(kBegan).size();
+  const auto [dot, bad_index] = std::from_chars(at, end, numbers.first);
+  if (bad_index != std::errc() || dot == end || *dot != '.') return std::nullopt;
+  const auto [rest, bad_number] = std::from_chars(dot + 1, end, numbers.second);
+  if (bad_number != std::errc() || rest != end) return std::nullopt;
+  return numbers;
 }
 
 Result<WaveFolder> make_wave(const OutputTree& tree, const TaskFile& file, const std::string& name,

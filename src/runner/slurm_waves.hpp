@@ -2,8 +2,10 @@
 // OUT/work/<wave>/: an array that was handed to Slurm, with its worklist, its tasks' records, signs of life and logs. A
 // wave is open while its worklist is there; a driver that comes after one that died finds it and takes it over.
 #pragma once
+#include <cstdint>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "base/result.hpp"
@@ -18,6 +20,11 @@ struct WaveFolder {
 
   std::string worklist() const { return folder + "/" + kTaskFileName; }
 };
+
+/// "<index>.<number>.began": an element's script ran on a node, under a number that Slurm gave it.
+std::string began_name(const std::string& index, const std::string& number);
+/// The two numbers of such a name; nothing for another name.
+std::optional<std::pair<std::size_t, std::uint64_t>> began_numbers(const std::string& name);
 
 /// "scanmill-<job>-<token>", which no other wave has; letters, digits and '-' only.
 std::string wave_job_name(const std::string& job_path, const std::string& token);

@@ -19,7 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kClockFile = "/clock";
+constexpr const char* kFolderClock = "/clock";
 
 struct Sign {
   std::string path;
@@ -85,7 +85,7 @@ Result<void> wait_for_no_task(const WaveFolder& wave, const TaskFile& file) {
   }
   if (!latest) return {};
   // The clock of the file system, which also stamped the sign.
-  const std::string clock = wave.folder + kClockFile;
+  const std::string clock = wave.folder + kFolderClock;
   (void)store::write_scratch(clock, "\n");
   const auto now = store::stamp_of(clock);
   const double age = now ? std::max(0.0, 1e-9 * static_cast<double>(now->mtime_ns - latest->time_ns)) : 0;

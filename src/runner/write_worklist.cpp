@@ -118,7 +118,7 @@ TaskFile tasks_of(const WorklistOptions& options, const Job& job, const OutputTr
   return file;
 }
 
-Result<std::size_t> write(const WorklistOptions& options, Work& work, std::string& path) {
+Result<TaskFile> write(const WorklistOptions& options, Work& work, std::string& path) {
   TRY_ASSIGN(const Job job, load_job(options.run.job, options.run.sets, work));
   const OutputTree tree(out_of(options.run));
   path = options.path.empty() ? tree.root() + "/work/by-hand/" + kTaskFileName : options.path;
@@ -130,28 +130,32 @@ Result<std::size_t> write(const WorklistOptions& options, Work& work, std::strin
   TRY(wait_for_no_task(tree));
   TRY(abandon_waves(tree, false));
   const auto scans = scans_to_make(options, job, tree, selection, work);
-  const TaskFile file = tasks_of(options, job, tree, selection, scans, work);
+  TaskFile file = tasks_of(options, job, tree, selection, scans, work);
   if (const auto parent = fs::path(path).parent_path().string(); !parent.empty()) TRY(store::make_folders(parent));
   TRY(store::write_text(path, document::to_json(to_document(file)) + "\n"));
-  return file.tasks.size();
+  return file;
 }
 
 }  // namespace
 
 int write_worklist(const WorklistOptions& options, Work& work, Console& console) {
   std::string path;
-  const auto count = write(options, work, path);
-  if (!count) {
-    console.complain(count.error());
-    return count.error().code == Code::Cancelled ? kExitBusy : exit_code_of(count.error());
+  const auto file = write(options, work, path);
+  if (!file) {
+    console.complain(file.error());
+    return file.error().code == Code::Cancelled ? kExitBusy : exit_code_of(file.error());
   }
+  const std::size_t count = file->tasks.size();
   Node event = Console::event("tasks");
   event.set("path", path);
-  event.set("tasks", static_cast<std::uint64_t>(*count));
-  console.result(*count == 0 ? path + ": no scan needs work"
-                             : path + ": " + counted(*count, "task") + "; scanmill task " + path + " 0" +
-                                   (*count > 1 ? " to " + std::to_string(*count - 1) : ""),
+  event.set("tasks", static_cast<std::uint64_t>(count));
+  console.result(count == 0 ? path + ": no scan needs work"
+                            : path + ": " + counted(count, "task") + "; scanmill task " + path + " 0" +
+                                  (count > 1 ? " to " + std::to_string(count - 1) : ""),
                  event);
+  if (const auto last = count > 0 ? file->tasks.back().wave : 0; last > 0)
+    console.note("", "scans are cut into parts, and tasks have waves 0 to " + std::to_string(last) +
+                         ", in this order: a task whose wave comes too early ends with 75 and is to be run again");
   return kExitGood;
 }
 

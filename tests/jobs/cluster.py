@@ -210,7 +210,7 @@ def hang_and(work, disturb, want_note, label="part-004", cluster=""):
 
 def a_node_that_goes_down_costs_time_only(work):
     hang_and(work, lambda lab, element, node: lab.call("scontrol", "update", f"nodename={node}", "state=down", "reason=test"),
-             "was lost (NODE_FAIL); submitted again")
+             "was lost (NODE_FAIL) on n")
 
 
 def a_node_that_dies_costs_time_only(work):
@@ -240,6 +240,42 @@ def a_controller_that_is_killed_forgets_and_nothing_is_lost(work):
         text = ended(run, 0)
         lab.same_as_local()
         lab.all_done_once(text)
+
+
+def forgetful_controller(work, want_note, before=lambda lab: None):
+    """Killed so soon after the submission that nothing of it is saved, while elements wait for a place, and down for 20 s."""
+    with Lab(work, 40, "scans_per_element: 1") as lab:
+        lab.local()
+        before(lab)
+        run = lab.start(sleep=8)
+        wait_for(lambda: sum(row[1] == "RUNNING" for row in lab.queue()) >= 12)
+        assert any(row[1] == "PENDING" for row in lab.queue()), lab.queue()
+        time.sleep(0.2)
+        lab.call(CLUSTER, "kill-controller", f"{work}/slurm")
+        time.sleep(20)
+        lab.call(CLUSTER, "start-controller", f"{work}/slurm")
+        try:
+            text = ended(run, 0, 240)
+        finally:
+            run.kill()
+        assert want_note in text and "please report" not in text, text
+        lab.same_as_local()
+        lab.all_done_once(text)
+        drained = lab.call("sinfo", "-h", "--list-reasons", "-o", "%N %E")
+        assert not drained, f"{drained}\n{text}"
+
+
+def a_controller_that_forgets_what_began_costs_time_only(work):
+    """It knows the array from before its elements began, and would start them again under numbers that the nodes know."""
+    forgetful_controller(work, "Slurm forgot that 16 elements of array 1 began")
+
+
+def a_controller_that_forgets_a_whole_array_costs_time_only(work):
+    """It saved its state just before, and would give the array's numbers out again."""
+    def save(lab):
+        lab.call("sbatch", "--hold", "-p", "main", "--mem=100", "-o", "/dev/null", "--wrap", "true")
+        time.sleep(0.3)
+    forgetful_controller(work, "vanished without a sign; submitted again", save)
 
 
 def a_controller_that_is_down_at_submission_is_waited_for(work):
@@ -306,6 +342,10 @@ def what_slurm_refuses_ends_with_6_and_its_words(work):
         lab.write_job("program: /no/such/scanmill")
         text = ended(lab.start(), 6)
         assert "cluster.program" in text and "not found" in text, text
+        for option, words in ("--frobnicate", "unrecognized option"), ("--mem=lots", "Invalid --mem"):  # sbatch ends with 255
+            lab.write_job(f"extra: [{option}]")
+            text = ended(lab.start(), 6, 30)
+            assert words in text and "sbatch refused the work" in text, text
 
 
 def bad_scans_cost_only_themselves(work):

@@ -29,8 +29,8 @@ class SlurmRuns : public RunnerTest {
     setenv("FAKE_SLURM", fake.c_str(), 1);
     path_before = getenv("PATH");
     setenv("PATH", (std::string(FAKE_SLURM_COMMANDS) + ":" + path_before).c_str(), 1);
-    keys.poll_s = 0.02;
-    keys.lease_s = 0.8;
+    keys.poll_s = 0.01;
+    keys.lease_s = 0.15;
     keys.scans_per_element = 1;
   }
   void TearDown() override {
@@ -79,9 +79,12 @@ class SlurmRuns : public RunnerTest {
     return all;
   }
   void turn(milliseconds time) { EXPECT_TRUE(wait_for(1, time).empty()); }
+  /// Of sbatch only those of arrays: jobs that take a number are no work.
   std::size_t calls(const std::string& command) const {
-    const std::string text = slurp(fake + "/" + command + ".calls");
-    return static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n'));
+    std::size_t count = 0;
+    for (const std::string& line : lines_of(slurp(fake + "/" + command + ".calls")))
+      count += !line.empty() && (command != "sbatch" || line.find("--array=") != std::string::npos);
+    return count;
   }
   /// Turns until sbatch was called so often.
   bool submitted(std::size_t count) {
@@ -91,11 +94,12 @@ class SlurmRuns : public RunnerTest {
   std::vector<WaveFolder> waves() { return open_waves(tree()); }
 
   static std::string row(const std::string& name, std::size_t index, const std::string& state, int status = 0,
-                         const std::string& reason = "None", int job = 101) {
-    char text[400];
-    std::snprintf(text, sizeof text, "%-40s%-24s%-12d%-100s%-60s\n",
+                         const std::string& reason = "None", int job = 101, const std::string& node = "",
+                         int restarts = 0) {
+    char text[500];
+    std::snprintf(text, sizeof text, "%-40s%-24s%-12d%-100s%-100s%-60s%-8d\n",
                   (std::to_string(job) + "_" + std::to_string(index)).c_str(), state.c_str(), status, name.c_str(),
-                  reason.c_str());
+                  reason.c_str(), node.c_str(), restarts);
     return text;
   }
   void queue(const std::string& text) {
@@ -118,6 +122,16 @@ class SlurmRuns : public RunnerTest {
   }
   void life(const WaveFolder& wave, std::size_t index, std::size_t item) {
     beat(wave.folder + "/" + heartbeat_name(index, "node", 7), {"node", "slurm 1", 7, item, "reduce", 1, 2});
+  }
+
+  /// The script's mark of an element that runs under this number.
+  void begins(const WaveFolder& wave, std::size_t index, std::uint64_t number) {
+    spill(wave.folder + "/" + began_name(std::to_string(index), std::to_string(number)), "");
+  }
+  std::size_t told(const std::string& text) const {
+    std::size_t count = 0;
+    for (auto at = notes.find(text); at != std::string::npos; at = notes.find(text, at + 1)) ++count;
+    return count;
   }
 
   FakeWork work;
@@ -206,7 +220,7 @@ TEST_F(SlurmRuns, TakeAnUnknownWordForAliveAndWarnOnce) {
   start(0);
   ASSERT_TRUE(submitted(1));
   queue(row(waves()[0].name, 0, "LEVITATING"));
-  turn(milliseconds(1200));  // longer than the lease
+  turn(milliseconds(300));  // longer than the lease
   EXPECT_EQ(executor->running().size(), 1u);
   EXPECT_EQ(calls("sbatch"), 1u);
   EXPECT_NE(notes.find("LEVITATING"), std::string::npos);
@@ -220,7 +234,7 @@ TEST_F(SlurmRuns, TakeNothingFromGarbage) {
   for (const char* garbage : {"echo garbage", "printf '\\000\\377\\n'", "echo '101_0 RUNNING'",
                               "echo 'slurm_load_jobs error: x' >&2; exit 1", "kill -9 $$", "sleep 0.1; exit 1"}) {
     reply("squeue", garbage);
-    turn(milliseconds(400));
+    turn(milliseconds(180));  // longer than the lease
     EXPECT_EQ(executor->running().size(), 1u) << garbage;
     EXPECT_EQ(calls("sbatch"), 1u) << garbage << ": an answer that says nothing is no absence";
   }
@@ -235,9 +249,9 @@ TEST_F(SlurmRuns, SubmitAgainWhatVanishedWithoutASign) {
   ASSERT_TRUE(submitted(1));
   const WaveFolder wave = waves()[0];
   queue("");
-  for (int i = 0; i < 12; ++i) {  // life goes on while Slurm has forgotten the job
+  for (int i = 0; i < 8; ++i) {  // life goes on while Slurm has forgotten the job
     life(wave, 0, 0);
-    turn(milliseconds(100));
+    turn(milliseconds(40));
   }
   EXPECT_EQ(calls("sbatch"), 1u);
   ASSERT_TRUE(submitted(2)) << notes;
@@ -282,7 +296,7 @@ TEST_F(SlurmRuns, LookANameUpBeforeTheySubmitItAgain) {
         "printf '%-40s%-24s%-12d%-100s%-60s\\n' 77_0 PENDING 0 \"$name\" None >\"$FAKE_SLURM/queue\"\n"
         "echo 'sbatch: error: Batch job submission failed: Socket timed out on send/recv operation' >&2; exit 1");
   start(0);
-  turn(milliseconds(300));
+  turn(milliseconds(100));
   EXPECT_EQ(calls("sbatch"), 1u) << slurp(fake + "/sbatch.calls");
   EXPECT_NE(notes.find("Socket timed out"), std::string::npos);
   record(waves()[0], 0, 0, 0);
@@ -321,6 +335,162 @@ TEST_F(SlurmRuns, EndWithSlurmsOwnWordsWhenItRefuses) {
   EXPECT_TRUE(waves().empty());
 }
 
+TEST_F(SlurmRuns, EndAtOnceForAnOptionThatSbatchDoesNotKnow) {
+  for (const char* words :
+       {"sbatch: unrecognized option '--frobnicate'", "sbatch: error: Invalid --mem specification"}) {
+    begin_in_tree(1);
+    reply("sbatch", std::string("echo \"") + words + "\" >&2; exit 255");
+    start(0);
+    (void)executor->wait(milliseconds(0));
+    ASSERT_TRUE(executor->broken().has_value()) << words;
+    EXPECT_NE(executor->broken()->text().find(words), std::string::npos) << executor->broken()->text();
+    executor->kill_all();
+  }
+  EXPECT_EQ(calls("sbatch"), 2u) << "none was tried again";
+}
+
+TEST_F(SlurmRuns, TryAgainWhenSbatchIsKilledOrSaysNothingThatHelps) {
+  begin_in_tree(1);
+  reply("sbatch",
+        "case $(wc -l <\"$FAKE_SLURM/sbatch.calls\") in 1) kill -9 $$ ;; 2) exit 137 ;; 3) printf '\\000\\377\\n' ;;\n"
+        "4) sleep 0.1; echo 'sbatch: error: Socket timed out' >&2; exit 1 ;; *) echo 110 ;; esac");
+  start(0);
+  ASSERT_TRUE(submitted(5)) << notes;
+  turn(milliseconds(20));
+  EXPECT_FALSE(executor->broken().has_value());
+  EXPECT_EQ(calls("sbatch"), 5u);
+  EXPECT_NE(notes.find("submitted after 4 tries in vain"), std::string::npos) << notes;
+  record(waves()[0], 0, 0, 0);
+  EXPECT_EQ(wait_for(1).size(), 1u);
+}
+
+TEST_F(SlurmRuns, MakeThePausesGrowForAllArraysTogether) {
+  keys.chunk = 1;
+  keys.poll_s = 0.05;
+  begin_in_tree(3);
+  reply("sbatch", "echo 'sbatch: error: Unable to contact slurm controller' >&2; exit 1");
+  reply("squeue", "echo 'slurm_load_jobs error: Unable to contact slurm controller' >&2; exit 1");
+  for (std::size_t i = 0; i < 3; ++i) start(i);
+  turn(milliseconds(500));  // 0.05, 0.1, 0.2, 0.4: three arrays alone would have asked twelve times
+  EXPECT_EQ(calls("sbatch"), 1u);
+  EXPECT_LE(calls("squeue"), 4u);
+  EXPECT_GE(calls("squeue"), 2u);
+}
+
+TEST_F(SlurmRuns, TakeBackWhatTheControllerForgotToHaveStarted) {
+  keys.lease_s = 0.5;
+  begin_in_tree(3);
+  for (std::size_t i = 0; i < 3; ++i) start(i);
+  ASSERT_TRUE(submitted(1));
+  const WaveFolder wave = waves()[0];
+  queue(row(wave.name, 0, "RUNNING") + row(wave.name, 1, "RUNNING") + row(wave.name, 2, "PENDING"));
+  for (const std::size_t e : {0, 1}) begins(wave, e, 102 + e), life(wave, e, 0);
+  turn(milliseconds(30));
+  reply("squeue", "echo 'Unable to contact slurm controller' >&2; exit 1");
+  turn(milliseconds(30));
+  record(wave, 0, 0, 0);
+  ASSERT_EQ(wait_for(1).size(), 1u);
+  // It comes back with what it had saved before anything began, and its numbers begin where they were then.
+  queue(row(wave.name, 0, "PENDING") + row(wave.name, 1, "PENDING") + row(wave.name, 2, "PENDING"));
+  reply("sbatch", "echo $((100 + $(wc -l <\"$FAKE_SLURM/sbatch.calls\")))");
+  no_reply("squeue");
+  for (int i = 0; i < 200 && calls("scancel") == 0; ++i) (void)executor->wait(milliseconds(1));
+  EXPECT_NE(slurp(fake + "/scancel.calls").find("--name=" + wave.name + " --state=PENDING"), std::string::npos);
+  EXPECT_NE(notes.find("Slurm forgot that 2 elements of array 101 began"), std::string::npos) << notes;
+  queue(row(wave.name, 0, "CANCELLED") + row(wave.name, 1, "CANCELLED") + row(wave.name, 2, "CANCELLED"));
+  for (int i = 0; i < 5; ++i) {  // the second one's task is at it all the while
+    life(wave, 1, 0);
+    turn(milliseconds(40));
+  }
+  ASSERT_EQ(calls("sbatch"), 2u) << "only what never began is submitted again";
+  ASSERT_EQ(waves().size(), 2u);
+  const std::string text = slurp(fake + "/sbatch.calls");
+  EXPECT_NE(text.find("--hold"), std::string::npos) << "numbers up to 103 are known to nodes: " << text;
+  EXPECT_EQ(told("3 are skipped"), 1u) << notes;
+  record(wave, 1, 0, 1);
+  const auto ended = wait_for(1);
+  ASSERT_EQ(ended.size(), 1u);
+  EXPECT_EQ(ended[0].order.scan, 1u);
+  EXPECT_EQ(told("submitted again"), 1u) << notes;
+}
+
+TEST_F(SlurmRuns, BelieveSlurmThatItPutAnElementBack) {
+  begin_in_tree(1);
+  start(0);
+  ASSERT_TRUE(submitted(1));
+  const WaveFolder wave = waves()[0];
+  begins(wave, 0, 102);
+  life(wave, 0, 0);
+  turn(milliseconds(20));
+  queue(row(wave.name, 0, "PENDING", 0, "BeginTime", 101, "", 1));
+  turn(milliseconds(200));
+  EXPECT_EQ(calls("scancel"), 0u) << notes;
+  EXPECT_EQ(calls("sbatch"), 1u);
+  ASSERT_EQ(executor->running().size(), 1u);
+}
+
+TEST_F(SlurmRuns, ChargeNoScanWithAnEndThatMayBeAnothersOne) {
+  begin_in_tree(1);
+  for (const std::string end : {"COMPLETED", "FAILED", "NODE_FAIL", "CANCELLED"}) {
+    make();
+    notes.clear();
+    const std::size_t before = calls("sbatch");
+    start(0);
+    ASSERT_TRUE(submitted(before + 1)) << end << notes;
+    const WaveFolder wave = waves()[0];
+    reply("squeue", "exit 1");
+    turn(milliseconds(20));
+    queue(row(wave.name, 0, end, end == "FAILED" ? 9 : 0, "None", 101, "n2"));
+    no_reply("squeue");
+    ASSERT_TRUE(submitted(before + 2)) << end << notes;
+    EXPECT_EQ(told("job 101_0 on n2 ended without a record (" + end + ")"), 1u) << notes;
+    EXPECT_EQ(told("it counts against nothing"), 1u) << notes;
+    queue("");
+  }
+}
+
+TEST_F(SlurmRuns, TakeTheEndOfWhatNeverBeganForNoCrash) {
+  begin_in_tree(1);
+  start(0);
+  ASSERT_TRUE(submitted(1));
+  queue(row(waves()[0].name, 0, "COMPLETED"));  // of another job, which had the same number before
+  ASSERT_TRUE(submitted(2)) << notes;
+  EXPECT_EQ(told("was lost (COMPLETED)"), 1u) << notes;
+}
+
+TEST_F(SlurmRuns, SayWhatTheRestWaitsForOnce) {
+  begin_in_tree(4);
+  for (std::size_t i = 0; i < 4; ++i) start(i);
+  ASSERT_TRUE(submitted(1));
+  const WaveFolder wave = waves()[0];
+  const char* why = "Nodes_required_for_job_are_DOWN,_DRAINED_or_reserved_for_jobs_in_higher_priority_partitions";
+  reply("sinfo", "echo 'drained*|n[1-4]|Duplicate jobid'");
+  begins(wave, 0, 102);
+  life(wave, 0, 0);
+  queue(row(wave.name, 0, "RUNNING", 0, "None", 101, "n2") + row(wave.name, 1, "PENDING", 0, why) +
+        row(wave.name, 2, "PENDING", 0, why) + row(wave.name, 3, "PENDING", 0, "Priority"));
+  turn(milliseconds(60));
+  EXPECT_EQ(executor->waits_for().find("2 Nodes required for job are DOWN, DRAINED, 1 Priority"), 0u)
+      << executor->waits_for();
+  EXPECT_EQ(told("n[1-4] drained: Duplicate jobid"), 1u) << notes;
+  EXPECT_EQ(told("scontrol update nodename=n[1-4] state=resume"), 1u) << notes;
+  std::size_t queued = 0;
+  for (const Running& one : executor->running()) {
+    queued += one.is_queued;
+    if (one.order.scan == 0) {
+      EXPECT_EQ(one.place, "job 101_0 on n2");
+    }
+  }
+  EXPECT_EQ(queued, 3u);
+  int job = 101;
+  for (const char* word : {"PENDING", "REQUEUE_HOLD", "SPECIAL_EXIT", "RESV_DEL_HOLD"}) {
+    notes.clear();
+    queue(row(wave.name, 0, "RUNNING") + row(wave.name, 1, word, 0, "job_requeued_in_held_state", ++job));
+    turn(milliseconds(30));
+    EXPECT_EQ(told("scontrol release"), 1u) << word << notes;
+  }
+}
+
 TEST_F(SlurmRuns, SayWhenTasksDoNotComeUpAtAll) {
   begin_in_tree(3);
   for (std::size_t i = 0; i < 3; ++i) start(i);
@@ -341,9 +511,9 @@ TEST_F(SlurmRuns, TakeTheLivingOneOfTwoArraysWithOneName) {
   ASSERT_TRUE(submitted(1));
   const std::string name = waves()[0].name;
   queue(row(name, 0, "CANCELLED", 0, "None", 101) + row(name, 0, "RUNNING", 0, "None", 102));
-  turn(milliseconds(400));
+  turn(milliseconds(180));  // longer than the lease
   queue(row(name, 0, "RUNNING", 0, "None", 102) + row(name, 0, "FAILED", 256, "None", 101));
-  turn(milliseconds(400));
+  turn(milliseconds(180));
   EXPECT_EQ(calls("sbatch"), 1u) << notes;
 }
 
@@ -506,6 +676,14 @@ TEST(SlurmAnswers, AreReadInWholeOrNotAtAll) {
     EXPECT_TRUE((*rest)[0].is_rest);
     EXPECT_EQ((*rest)[0].job, "12");
   }
+  const auto full = queue_rows(
+      "12_3                                    PENDING                 0           scanmill-a-b" +
+      std::string(88, ' ') + "Resources" + std::string(91, ' ') + "n[1-2]" + std::string(54, ' ') + "2       \n");
+  ASSERT_TRUE(full.has_value());
+  EXPECT_EQ((*full)[0].reason, "Resources");
+  EXPECT_EQ((*full)[0].node, "n[1-2]");
+  EXPECT_EQ((*full)[0].restarts, 2);
+  EXPECT_EQ((*rows)[0].restarts, -1) << "not told";
   EXPECT_FALSE(queue_rows("12 RUNNING").has_value());
   EXPECT_TRUE(queue_rows("").has_value());
 }
