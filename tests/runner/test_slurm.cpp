@@ -91,6 +91,12 @@ class SlurmRuns : public RunnerTest {
     for (int i = 0; i < 1000 && calls("sbatch") < count; ++i) (void)executor->wait(milliseconds(2));
     return calls("sbatch") == count;
   }
+  /// Turns until Slurm was asked twice more, and its second answer heard.
+  void look() {
+    const std::size_t before = calls("squeue");
+    for (int i = 0; i < 1000 && calls("squeue") < before + 2; ++i) EXPECT_TRUE(executor->wait(milliseconds(2)).empty());
+    EXPECT_GE(calls("squeue"), before + 2);
+  }
   std::vector<WaveFolder> waves() { return open_waves(tree()); }
 
   static std::string row(const std::string& name, std::size_t index, const std::string& state, int status = 0,
@@ -189,7 +195,7 @@ TEST_F(SlurmRuns, KnowEveryWordOfTheStates) {
       switch (known.phase) {
         case JobPhase::Waiting:
         case JobPhase::Running:
-          turn(milliseconds(30));
+          look();
           EXPECT_EQ(executor->running().size(), 1u) << word;
           EXPECT_EQ(calls("sbatch"), before + 1) << word;
           break;

@@ -9,8 +9,15 @@ if [ -f "$FAKE_SLURM/$name.reply" ]; then
   exit
 fi
 case $name in
-  sbatch) echo $((100 + $(wc -l <"$FAKE_SLURM/sbatch.calls"))) ;;
-  squeue) [ ! -f "$FAKE_SLURM/queue" ] || cat "$FAKE_SLURM/queue" ;;
+  sbatch)  # no other process: these start thousands of times
+    number=100
+    while read -r _; do number=$((number + 1)); done <"$FAKE_SLURM/sbatch.calls"
+    echo $number
+    ;;
+  squeue)
+    [ -f "$FAKE_SLURM/queue" ] || exit 0
+    while IFS= read -r line; do printf '%s\n' "$line"; done <"$FAKE_SLURM/queue"
+    ;;
   sinfo) printf '4000\n16000+\n' ;;
   scontrol) echo 'MaxArraySize            = 1001' ;;
 esac
