@@ -166,22 +166,35 @@ bool exists(const std::string& path) {
   return fs::exists(path, error);
 }
 
+namespace {
+
+/// True when there was a folder before, which stands at `from` now. Others may put theirs there, or take it away, at
+/// the same time: each of them ends with its own in place for a moment.
+Result<bool> put_in_place(const std::string& from, const std::string& to) {
+  constexpr int kTries = 16;
+  for (int tries = 1;; ++tries) {
+    if (exists(to)) {
+      if (::renameat2(AT_FDCWD, from.c_str(), AT_FDCWD, to.c_str(), RENAME_EXCHANGE) == 0) return true;
+      if (errno == EINVAL || errno == ENOSYS) {
+        TRY(swap_by_two_renames(from, to));
+        return true;
+      }
+      if (errno != ENOENT || tries == kTries) break;  // else: gone in between
+    } else {
+      if (::rename(from.c_str(), to.c_str()) == 0) return false;
+      if ((errno != EEXIST && errno != ENOTEMPTY) || tries == kTries) break;  // else: come in between
+    }
+  }
+  return system_failure(errno, "put the finished folder in place", to);
+}
+
+}  // namespace
+
 Result<void> replace_folder(const std::string& from_path, const std::string& to_path) {
   const std::string from = without_last_slash(from_path), to = without_last_slash(to_path);
   if (!is_folder(from)) return fail(Code::IoFailed, "this folder should hold finished files but is not there", from);
   TRY(sync_tree(from));
-  bool swapped = exists(to);
-  if (swapped && ::renameat2(AT_FDCWD, from.c_str(), AT_FDCWD, to.c_str(), RENAME_EXCHANGE) != 0) {
-    if (errno == ENOENT) {
-      swapped = false;  // someone removed it in between
-    } else if (errno == EINVAL || errno == ENOSYS) {
-      TRY(swap_by_two_renames(from, to));
-    } else {
-      return system_failure(errno, "put the finished folder in place", to);
-    }
-  }
-  if (!swapped && ::rename(from.c_str(), to.c_str()) != 0)
-    return system_failure(errno, "put the finished folder in place", to);
+  TRY_ASSIGN(const bool swapped, put_in_place(from, to));
   TRY(sync_folder(parent_of(to)));
   if (parent_of(from) != parent_of(to)) TRY(sync_folder(parent_of(from)));
   if (swapped) TRY(remove_tree(from));
