@@ -68,6 +68,7 @@ struct RunReport {
   int pid = 0, threads = 0;
   std::uint64_t memory_cap = 0;
   double seconds = 0;
+  double waited = 0;   // seconds of these with nothing at work: files were to settle, or a fault to pass
   int exit_code = -1;  // -1: still running
   bool dry_run = false;
   bool written = false;            // run.json is there

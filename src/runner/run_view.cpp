@@ -67,15 +67,16 @@ std::size_t count_at_work(const RunPicture& picture) {
       std::count_if(picture.running.begin(), picture.running.end(), [](const Running& one) { return !one.is_queued; }));
 }
 
-/// By the bytes that are through; 0 while that says nothing.
+}  // namespace
+
 double seconds_left(const RunPicture& picture) {
   if (!picture.running.empty() && count_at_work(picture) == 0) return 0;  // nobody knows when those begin
   if (picture.bytes_done == 0 || picture.seconds < 1) return 0;
-  return picture.seconds * static_cast<double>(picture.bytes_all - picture.bytes_done) /
-         static_cast<double>(picture.bytes_done);
+  const auto done = static_cast<double>(picture.bytes_done);
+  const double left = static_cast<double>(picture.bytes_all - picture.bytes_done);
+  if (picture.cores == 0 || picture.core_seconds <= 0) return picture.seconds * left / done;
+  return std::max(0.0, left - picture.bytes_begun) * picture.core_seconds / done / picture.cores;
 }
-
-}  // namespace
 
 std::string silence_text(double seconds) {
   return seconds < kLongSilence_s ? "" : ", no sign for " + std::to_string(std::llround(seconds)) + " s";

@@ -22,7 +22,13 @@ struct RunPicture {
   std::string remark;  // what the run waits for, or that it is ending; may be empty
   double seconds = 0;  // since the run began
   bool is_stopping = false;
+  int cores = 0;            // that the run has here; 0: elsewhere, and the two below are not told
+  double core_seconds = 0;  // that went into bytes_done
+  double bytes_begun = 0;   // of what is at work, by the speed so far
 };
+
+/// By the bytes that are through, and the core time that they took; 0 while that says nothing.
+double seconds_left(const RunPicture& picture);
 
 /// ", no sign for 20 s", or nothing for what is not long.
 std::string silence_text(double seconds);

@@ -81,7 +81,10 @@ int Scheduler::run() {
     start_ready();
     auto timeout = kTick;
     if (p_.executor.running().empty() && list_.empty()) timeout = std::chrono::milliseconds(0);
+    const bool only_waits = p_.executor.running().empty() && !list_.empty();
+    const auto begin = Clock::now();
     for (Ended& ended : p_.executor.wait(timeout)) end(std::move(ended));
+    if (only_waits) p_.report.waited += seconds_since(begin);
     if (const auto broken = p_.executor.broken(); broken && code_ == 0) {
       p_.complain(*broken);
       code_ = kExitCluster;
@@ -593,9 +596,19 @@ RunPicture Scheduler::picture() const {
   std::string remark = remark_;
   if (const std::string waits = p_.executor.waits_for(); !waits.empty())
     remark += (remark.empty() ? "pending: " : "; pending: ") + waits;
-  return {p_.report,    p_.executor.running(), names_,
-          list_.size(), bytes_done_,           bytes_all_,
-          remark,       seconds_since(began_), p_.stop.signal != 0};
+  RunPicture picture{p_.report,    p_.executor.running(), names_,
+                     list_.size(), bytes_done_,           bytes_all_,
+                     remark,       seconds_since(began_), p_.stop.signal != 0};
+  if (p_.executor.is_remote() || core_seconds_ <= 0) return picture;
+  picture.cores = p_.report.threads;
+  picture.core_seconds = core_seconds_;
+  const double rate = static_cast<double>(bytes_done_) / core_seconds_;
+  for (const Running& one : p_.executor.running())
+    for (const WorkItem& item : at_work_)
+      if (item.scan == one.order.scan && item.part == one.order.part)
+        picture.bytes_begun +=
+            std::min(static_cast<double>(item.bytes), rate * one.order.threads * seconds_since(one.began));
+  return picture;
 }
 
 }  // namespace scanmill::runner

@@ -9,6 +9,7 @@
 #include "runner/machine.hpp"
 #include "runner/operate.hpp"
 #include "runner/output_tree.hpp"
+#include "runner/run_view.hpp"
 
 namespace scanmill::runner {
 namespace {
@@ -76,6 +77,19 @@ TEST_F(Status, TellsOfAProcessThatWasStopped) {
   EXPECT_NE(status().find("its process is stopped (kill -CONT"), std::string::npos) << status();
   kill(child, SIGKILL);
   waitpid(child, &how, 0);
+}
+
+TEST(TimeLeft, CountsCoreTimeAndWhatIsBegun) {
+  const RunReport report;
+  RunPicture picture{report, {}, {}, 3, 100, 500, {}, 70};
+  EXPECT_EQ(seconds_left(picture), 280) << "elsewhere: by the clock alone";
+  picture.cores = 2;
+  picture.core_seconds = 10;  // the other 60 seconds of the clock were waits
+  EXPECT_EQ(seconds_left(picture), 20);
+  picture.bytes_begun = 100;
+  EXPECT_EQ(seconds_left(picture), 15);
+  picture.bytes_begun = 1000;
+  EXPECT_EQ(seconds_left(picture), 0);
 }
 
 }  // namespace
