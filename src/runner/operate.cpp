@@ -93,10 +93,11 @@ std::string stopped_text(const Node& row) {
 /// `silence`: of the run itself, which the row is older by.
 std::string running_line(const Node& row, double silence) {
   std::string line = "  " + text_in(row, "scan");
-  if (const std::string part = text_in(row, "part"); !part.empty()) line += " " + part;
+  const std::string part = text_in(row, "part"), stage = text_in(row, "stage");
+  if (!part.empty() && part != stage) line += " " + part;
   const Node* queued = row.find("queued");
   const bool is_queued = queued && queued->is_bool() && queued->as_bool();
-  line += (is_queued ? "  pending: " : "  ") + text_in(row, "stage");
+  line += (is_queued ? "  pending: " : "  ") + stage;
   if (const double total = number_in(row, "total"); total > 0)
     line += "  " + std::to_string(static_cast<int>(100 * number_in(row, "done") / total)) + " %";
   line += "  for " + clock_text(number_in(row, "seconds") + silence) + " h";

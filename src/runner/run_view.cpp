@@ -48,7 +48,8 @@ std::vector<const Running*> slowest_first(std::span<const Running> running) {
 
 /// "bun" or "bun frame-3"
 std::string name_of_running(const RunPicture& picture, const Running& one) {
-  return picture.names[one.order.scan] + (one.order.part.empty() ? "" : " " + one.order.part);
+  const std::string& part = one.order.part;
+  return picture.names[one.order.scan] + (part.empty() || part == one.stage ? "" : " " + part);
 }
 
 std::uint64_t percent(std::uint64_t part, std::uint64_t whole) {
