@@ -145,42 +145,6 @@ void Scheduler::put_on_list(std::size_t scan) {
   put_next_wave(scan);
 }
 
-/// "cut into 4 map, 1 gather, 27 frame, 4 pick: 36 parts in 4 waves, then the scan itself"
-void Scheduler::tell_of_cut(std::size_t scan, const CutParts& parts) {
-  std::string kinds;
-  std::size_t count = 0;
-  for (const auto& wave : parts.waves) {
-    count += wave.size();
-    std::map<std::string, std::size_t> of_kind;
-    for (const std::string& part : wave) ++of_kind[part.substr(0, part.find(' '))];
-    for (const auto& [kind, number] : of_kind)
-      kinds += (kinds.empty() ? "" : ", ") + std::to_string(number) + " " + kind;
-  }
-  p_.console.note(name(scan), "cut into " + kinds + ": " + counted(count, "part") + " in " +
-                                  counted(parts.waves.size(), "wave") + ", then the scan itself");
-}
-
-/// Parts of the next wave, which share the bytes of the scan; after the last one the scan itself.
-void Scheduler::put_next_wave(std::size_t scan) {
-  CutState& cut = cut_[scan];
-  WorkItem item;
-  item.scan = scan;
-  item.bytes = cut.bytes;
-  item.memory = remembered_[scan];
-  if (cut.next == cut.waves.size()) {
-    cut_.erase(scan);
-    return list_.add(item);
-  }
-  if (cut.next >= cut.whole_from) item.memory = std::max(item.memory, memory_guess(cut.bytes));
-  const std::vector<std::string>& wave = cut.waves[cut.next++];
-  cut.left = wave.size();
-  item.bytes = std::max<std::uint64_t>(1, cut.bytes / wave.size());
-  for (const std::string& part : wave) {
-    item.part = part;
-    list_.add(item);
-  }
-}
-
 WorkItem Scheduler::take_from_work(const Order& order) {
   const auto found = std::find_if(at_work_.begin(), at_work_.end(), [&](const WorkItem& item) {
     return item.scan == order.scan && item.part == order.part;
@@ -412,68 +376,6 @@ void Scheduler::end(Ended&& ended) {
   if (again) return;
   finish_scan(item, ended, fingerprint);
   if (output_is_bad) code_ = kExitInternal;
-}
-
-/// A part is there, is tried again, or its scan has failed. The others of the scan come to their end first.
-void Scheduler::end_part(const WorkItem& item, Ended&& ended) {
-  const auto found = cut_.find(item.scan);
-  if (found == cut_.end()) return;
-  CutState& cut = found->second;
-  ScanEntry& entry = p_.report.scans[item.scan];
-  const ScanEntry before = entry;
-  bool output_is_bad = false;
-  std::string fingerprint;
-  if (ended.attempt) {
-    entry = std::move(ended.attempt->entry);
-    // Parts run side by side: each began with what the entry was then.
-    entry.seconds = before.seconds + ended.seconds;
-    entry.cpu_seconds = before.cpu_seconds + ended.cpu_seconds;
-    entry.peak_memory = std::max(before.peak_memory, ended.peak_memory);
-    fingerprint = std::move(ended.attempt->fingerprint);
-    output_is_bad = ended.attempt->output_is_bad;
-    p_.work.load_hashes(ended.attempt->hashes);
-  } else {
-    take_over_death(ended, entry);
-    entry.attempts = before.attempts;
-  }
-  core_seconds_ += ended.seconds * ended.order.threads;
-  if (entry.fate == ScanFate::Unchanged) {
-    entry = before;
-    cut.idle = true;
-    list_.drop(item.scan);
-  }
-  const bool failed = entry.failure != FailureClass::None;
-  if (failed && !cut.failed && !output_is_bad && goes_again(item, ended, entry)) return;
-  if (failed) {
-    if (!cut.failed) {
-      cut.failed = entry;
-      cut.fingerprint = fingerprint;
-      list_.drop(item.scan);
-    }
-    entry = *cut.failed;
-  }
-  const auto at_work =
-      std::count_if(at_work_.begin(), at_work_.end(), [&](const WorkItem& other) { return other.scan == item.scan; });
-  if (cut.failed) {
-    entry = *cut.failed;
-    if (at_work > 0) return;
-    WorkItem whole = item;
-    whole.part.clear();
-    whole.bytes = cut.bytes;
-    const std::string known = cut.fingerprint;
-    cut_.erase(found);
-    ++entry.attempts;
-    if (p_.journal) note_end(whole, ended, false);
-    finish_scan(whole, ended, known);
-    if (output_is_bad) code_ = kExitInternal;
-    return;
-  }
-  if (cut.idle) {  // the scan itself says why
-    if (at_work > 0) return;
-    cut.next = cut.waves.size();
-    return put_next_wave(item.scan);
-  }
-  if (--cut.left == 0) put_next_wave(item.scan);
 }
 
 /// The process died without an answer.
