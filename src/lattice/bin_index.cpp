@@ -9,8 +9,8 @@
 
 #include <algorithm>
 
-// OpenVDB's library holds this tree; without the line its input and output are compiled here once more, half of the time
-// this file takes.
+// OpenVDB's library holds this tree; without the line its input and output are compiled here once more, half of the
+// time this file takes.
 extern template class openvdb::tree::Tree<openvdb::tree::Tree4<std::int32_t, 5, 4, 3>::Type::RootNodeType>;
 
 namespace scanmill {

@@ -159,7 +159,7 @@ class Driver {
     if (!lock) return refuse(lock.error(), held_by.empty() ? kExitInternal : kExitBusy);
     lock_ = std::make_unique<OutputLock>(*std::move(lock));
     if (auto rested = wait_for_no_task(tree_); !rested) return refuse(rested.error(), kExitBusy);
-    if (auto closed = abandon_waves(tree_, is_slurm()); !closed) return refuse(closed.error(), kExitBusy);
+    abandon_waves(tree_, is_slurm());
     if (!has_open_waves(tree_))
       if (auto removed = tree_.remove_leftovers(); !removed) return give_up(removed.error());
     (void)store::remove_tree(tree_.cancel_file());  // meant for a run before this one
@@ -259,7 +259,7 @@ class Driver {
     const int code = scheduler.run();
     executor.reset();
     if (is_slurm()) {
-      (void)abandon_waves(tree_, false);
+      abandon_waves(tree_, false);
       (void)tree_.remove_leftovers();  // of tasks whose node was lost
     }
     if (options_.dry_run && code == kExitGood) show_forecast();

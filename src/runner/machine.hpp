@@ -11,7 +11,8 @@ namespace scanmill::runner {
 
 /// Cores this process may use (affinity mask).
 int usable_cores();
-/// Physical memory, or the least limit of the control groups above this process where that is less; 0 when neither can be read.
+/// Physical memory, or the least limit of the control groups above this process where that is less; 0 when neither can
+/// be read.
 std::uint64_t usable_memory();
 std::string host_name();
 /// Where process numbers mean what they mean here: this start of the kernel and its space of numbers; empty when it

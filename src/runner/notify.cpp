@@ -17,6 +17,7 @@
 #include "base/text.hpp"
 #include "base/utf8.hpp"
 #include "runner/advice.hpp"
+#include "runner/last_words.hpp"
 
 extern char** environ;
 
@@ -97,16 +98,6 @@ bool ended_within(pid_t pid, std::chrono::milliseconds limit, int& status) {
     std::this_thread::sleep_for(std::min<std::chrono::nanoseconds>(pause, left));
     pause = std::min(pause * 2, std::chrono::milliseconds(50));
   }
-}
-
-/// The last line that a command printed, whose output begins at byte `begin`.
-std::string last_words(const std::string& log, std::streamoff begin) {
-  std::ifstream file(log, std::ios::binary);
-  file.seekg(begin);
-  std::string last;
-  for (std::string line; std::getline(file, line);)
-    if (!words_of(line).empty()) last = line;
-  return printable(last.substr(0, 300));
 }
 
 std::string seconds_text(std::chrono::milliseconds time) {
@@ -203,9 +194,7 @@ std::vector<std::string> notify(const std::vector<NotifyRule>& rules, const RunR
     const auto problem = run_one(rule, job_folder, log, variables, limit);
     if (!problem) continue;
     std::string note = "notify: " + printable(rule.run) + ": " + *problem;
-    if (const std::string words =
-            report.written && !unknown ? last_words(log, static_cast<std::streamoff>(printed)) : "";
-        !words.empty())
+    if (const std::string words = report.written && !unknown ? last_words(log, printed, 1) : ""; !words.empty())
       note += ": " + words;
     notes.push_back(note + "; the run itself is not touched by it");
   }

@@ -77,6 +77,11 @@ std::string count_line(const Node& counts) {
   return line;
 }
 
+bool is_stopping(const Node& live) {
+  const Node* stopping = live.find("stopping");
+  return stopping && stopping->is_bool() && stopping->as_bool();
+}
+
 /// Seconds since the run wrote about itself; it does so every two.
 double silence_of(const Live& live) {
   const auto told = unix_seconds(text_in(*live.tree, "heartbeat"));
@@ -130,13 +135,14 @@ std::string text_of_waves(const OutputTree& tree, const std::string& out) {
     for (std::size_t t = 0; t < file->tasks.size(); ++t)
       for (std::size_t i = 0; i < file->tasks[t].items.size(); ++i, ++items)
         recorded += store::exists(result_path(wave.folder, t, i));
-    const auto sign = latest_sign(wave);
+    std::int64_t latest = 0;
+    for (const SignOfLife& sign : signs_of(wave)) latest = std::max(latest, sign.time_ns);
     text += "\n" +
             (wave.name.empty()
                  ? "worklist " + wave.worklist() + " of " + counted(file->tasks.size(), "task")
                  : "array " + wave.name + " of " + counted(file->tasks.size(), "element") + " is on the cluster") +
             ": " + std::to_string(recorded) + " of " + std::to_string(items) + " recorded" +
-            (sign ? ", last sign of life " + number_text(std::max(0.0, std::ceil(*sign))) + " s ago" : "");
+            (latest > 0 ? ", last sign of life " + number_text(std::ceil(age_by_folder(wave, latest))) + " s ago" : "");
     text += wave.name.empty() ? "; the next run of the job finds what is made"
                               : "; the next run takes it over, scanmill cancel " + out + " takes it back";
   }
@@ -193,8 +199,7 @@ int show_status(const std::string& out, Console& console) {
     const std::string who = "pid " + std::to_string(static_cast<long>(number_in(*live.tree, "pid"))) + " on " +
                             text_in(*live.tree, "host") + ", job " + text_in(*live.tree, "job");
     const double silence = silence_of(live);
-    const Node* stopping = live.tree->find("stopping");
-    const bool stops = stopping && stopping->is_bool() && stopping->as_bool();
+    const bool stops = is_stopping(*live.tree);
     text = live.is_alive ? (stops ? "stopping, running for " : "running for ") +
                                clock_text(number_in(*live.tree, "seconds") + silence) + " h: " + who +
                                silence_text(silence) + stopped_text(*live.tree)
@@ -246,14 +251,13 @@ int cancel_run(const std::string& out, Console& console) {
   if (!live.tree || (live.is_here && !live.is_alive)) {
     event.set("asked", false);
     // Its work on a cluster outlives a driver that was killed.
-    const auto rested = wait_for_no_task(tree);
-    const auto closed = rested ? abandon_waves(tree, false) : Result<std::size_t>(rested.error());
-    if (!closed) {
-      console.complain(closed.error());
+    if (const auto rested = wait_for_no_task(tree); !rested) {
+      console.complain(rested.error());
       return kExitBusy;
     }
+    const std::size_t closed = abandon_waves(tree, false);
     console.result(out + ": no run to stop" +
-                       (*closed > 0 ? "; took back " + counted(*closed, "array") + " that a run before had left" : ""),
+                       (closed > 0 ? "; took back " + counted(closed, "array") + " that a run before had left" : ""),
                    event);
     return kExitGood;
   }
@@ -262,7 +266,7 @@ int cancel_run(const std::string& out, Console& console) {
     return kExitInternal;
   }
   event.set("asked", true);
-  if (text_in(*live.tree, "remark").starts_with("ending")) {
+  if (is_stopping(*live.tree)) {
     console.result(out + ": asked to stop before; what is at work is stopped at once now", event);
     return kExitGood;
   }

@@ -157,8 +157,8 @@ void SlurmRun::judge(std::size_t w) {
 
 bool SlurmRun::lives(const Wave& wave, const Element& element) const {
   if (element.beat_file.empty())  // its program may be about to come up
-    return wave.in_doubt && element.began && seconds_since(element.began_at) < o_.keys.lease_s;
-  if (seconds_since(element.heard) >= o_.keys.lease_s) return false;
+    return wave.in_doubt && element.began && age_s(element.began_at) < o_.keys.lease_s;
+  if (age_s(element.heard) >= o_.keys.lease_s) return false;
   // A sign that came when Slurm had told of the end for a while tells that Slurm is wrong, or tells of another's end.
   const bool after_end = element.heard > element.over_since + seconds(std::max(1.0, o_.keys.lease_s / 4));
   return (wave.in_doubt || after_end) && store::exists(element.beat_file);
@@ -170,7 +170,7 @@ void SlurmRun::judge_element(Wave& wave, std::size_t e) {
     // Its records may be under way on a network file system; that it says to have ended well most of all.
     const bool well = *element.phase == JobPhase::Ended && element.wait_status == 0;
     const double patience = draining_ ? 0.2 : well ? o_.keys.lease_s : std::min(o_.keys.lease_s, 2 * o_.keys.poll_s);
-    if (seconds_since(element.over_since) < patience) return;
+    if (age_s(element.over_since) < patience) return;
     read_records(wave);
     if (!draining_ && !element.has_all() && lives(wave, element)) return;
     if (!element.has_all()) resolve(wave, e, *element.phase);
@@ -180,7 +180,7 @@ void SlurmRun::judge_element(Wave& wave, std::size_t e) {
   if (element.seen && element.phase == JobPhase::Waiting && is_held(element)) return judge_held(wave, e);
   if (element.seen) return;
   // Slurm does not know it, or does not answer. Only silence of both for the whole lease means that it is lost.
-  if (answered_ <= element.last_sign || seconds_since(element.last_sign) < o_.keys.lease_s) return;
+  if (answered_ <= element.last_sign || age_s(element.last_sign) < o_.keys.lease_s) return;
   read_records(wave);
   if (!element.seen) may_repeat_numbers_ = wave.in_doubt = true;
   if (!element.has_all()) resolve(wave, e, JobPhase::Lost);

@@ -21,7 +21,7 @@ namespace scanmill::runner {
 inline constexpr double kMostBackOff = 60;                 // s
 inline constexpr std::uint64_t kTaskMemory = 96ull << 20;  // the task's own, beside the scan's process
 
-inline double seconds_since(Moment begin) {
+inline double age_s(Moment begin) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 }
 inline std::chrono::steady_clock::duration seconds(double count) {

@@ -4,9 +4,9 @@
 
 #include <algorithm>
 #include <cstring>
-#include <fstream>
 
 #include "base/text.hpp"
+#include "runner/last_words.hpp"
 #include "runner/scan_messages.hpp"
 #include "runner/slurm_run.hpp"
 #include "runner/task.hpp"
@@ -15,18 +15,6 @@ namespace scanmill::runner {
 namespace {
 
 constexpr int kMostCancelled = 2, kMostLaunches = 2, kHopelessLaunches = 3;
-
-/// The last lines of an element's log, on one line.
-std::string last_words(const std::string& log) {
-  std::ifstream file(log, std::ios::binary);
-  std::vector<std::string> lines;
-  for (std::string line; std::getline(file, line);)
-    if (!words_of(line).empty()) lines.push_back(line.substr(0, 300));
-  std::string text;
-  for (std::size_t i = lines.size() - std::min<std::size_t>(lines.size(), 2); i < lines.size(); ++i)
-    text += (text.empty() ? "" : " / ") + lines[i];
-  return text;
-}
 
 }  // namespace
 
@@ -71,7 +59,7 @@ void SlurmRun::blame(const Wave& wave, std::size_t e, Wanted& wanted, JobPhase p
   Ended ended;
   ended.stage = element.heartbeat ? element.heartbeat->stage : "";
   const std::string job = "job " + (element.job.empty() ? wave.folder.name : element.job) + "_" + std::to_string(e);
-  const std::string log = last_words(wave.folder.folder + "/" + std::to_string(e) + ".log");
+  const std::string log = last_words(wave.folder.folder + "/" + std::to_string(e) + ".log", 0, 2);
   const std::string node = element.node.empty() ? "" : " on " + element.node;
   const bool is_sure = begun && (phase == JobPhase::OutOfMemory || phase == JobPhase::TimeLimit);
   if (wave.in_doubt && !is_sure &&
@@ -131,7 +119,7 @@ void SlurmRun::lose(Wanted& wanted, const std::string& what) {
 
 void SlurmRun::failed_launch(Wave& wave, std::size_t e, const std::vector<std::size_t>& left, int code) {
   Element& element = wave.elements[e];
-  const std::string log = last_words(wave.folder.folder + "/" + std::to_string(e) + ".log");
+  const std::string log = last_words(wave.folder.folder + "/" + std::to_string(e) + ".log", 0, 2);
   const std::string what =
       "the task did not start on its node (exit code " + std::to_string(code) + ")" + (log.empty() ? "" : ": " + log);
   ++failed_launches_;

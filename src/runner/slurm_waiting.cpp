@@ -123,7 +123,7 @@ void SlurmRun::tell_of_waiting() {
     list_waiting();
   }
   if (of_nodes) told += idle_nodes_;
-  if (told == told_waits_ && seconds_since(told_) < kTellAgain) return;
+  if (told == told_waits_ && age_s(told_) < kTellAgain) return;
   told_waits_ = told;
   told_ = Clock::now();
   o_.note("", "on the cluster: " + waits_for_);

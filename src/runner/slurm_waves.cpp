@@ -84,31 +84,24 @@ void close_wave(const WaveFolder& wave) {
   (void)store::remove_tree(wave.folder);  // a file that a node holds open on NFS stays until a later run
 }
 
-std::optional<double> latest_sign(const WaveFolder& wave) {
-  std::optional<std::int64_t> latest;
+std::vector<SignOfLife> signs_of(const WaveFolder& wave) {
+  std::vector<SignOfLife> signs;
   std::error_code error;
   for (fs::directory_iterator it(wave.folder, error), end; !error && it != end; it.increment(error))
-    if (heartbeat_index(it->path().filename().string()))
+    if (const auto index = heartbeat_index(it->path().filename().string()))
       if (const auto stamp = store::stamp_of(it->path().string()))
-        latest = std::max(latest.value_or(stamp->mtime_ns), stamp->mtime_ns);
-  if (!latest) return std::nullopt;
-  (void)store::write_scratch(wave.folder + kClockFile, "\n");
-  const auto now = store::stamp_of(wave.folder + kClockFile);
-  return now ? 1e-9 * static_cast<double>(now->mtime_ns - *latest) : 0;
+        signs.push_back({it->path().string(), *index, stamp->mtime_ns});
+  return signs;
 }
 
-Result<std::size_t> abandon_waves(const OutputTree& tree, bool keep_slurm) {
+double age_by_folder(const WaveFolder& wave, std::int64_t time_ns) {
+  (void)store::write_scratch(wave.folder + kClockFile, "\n");
+  const auto now = store::stamp_of(wave.folder + kClockFile);
+  return now ? std::max(0.0, 1e-9 * static_cast<double>(now->mtime_ns - time_ns)) : 0;
+}
+
+std::size_t abandon_waves(const OutputTree& tree, bool keep_slurm) {
   const auto waves = open_waves(tree);
-  for (const WaveFolder& wave : waves) {
-    if (!wave.name.empty()) continue;
-    const auto file = load_task_file(wave.worklist());
-    const auto sign = latest_sign(wave);
-    if (file && sign && *sign < file->lease_s)
-      return fail(Code::Cancelled,
-                  "tasks of this worklist are at work (last sign " + number_text(std::max(0.0, *sign)) +
-                      " s ago); wait for them or stop them, and run again",
-                  wave.worklist());
-  }
   const SlurmClient slurm;
   std::size_t closed = 0;
   for (const WaveFolder& wave : waves) {

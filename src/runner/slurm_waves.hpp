@@ -39,12 +39,18 @@ std::vector<WaveFolder> open_waves(const OutputTree& tree);
 bool has_open_waves(const OutputTree& tree);
 /// Nothing is put in place by the wave's tasks any more; what is there of the folder is removed as far as possible.
 void close_wave(const WaveFolder& wave);
-/// The tasks' latest sign of life, seconds ago by the file system's own clock; nothing when there is none.
-std::optional<double> latest_sign(const WaveFolder& wave);
+/// A file that a task touches while it works.
+struct SignOfLife {
+  std::string path;
+  std::size_t index = 0;  // of the task
+  std::int64_t time_ns = 0;
+};
+std::vector<SignOfLife> signs_of(const WaveFolder& wave);
+/// Seconds ago, by the clock of the wave's file system, which stamps the signs too.
+double age_by_folder(const WaveFolder& wave, std::int64_t time_ns);
 
-/// Cancels what Slurm has of open waves and closes them, and worklists that were made for other engines and are at
-/// rest; `keep_slurm`: only the latter. Returns how many were closed. errors  Cancelled when a worklist made for other
-/// engines is being worked on
-Result<std::size_t> abandon_waves(const OutputTree& tree, bool keep_slurm);
+/// Cancels what Slurm has of open waves and closes them, and worklists that were made for other engines, which are at
+/// rest (task_signs.hpp); `keep_slurm`: only the latter. Returns how many were closed.
+std::size_t abandon_waves(const OutputTree& tree, bool keep_slurm);
 
 }  // namespace scanmill::runner

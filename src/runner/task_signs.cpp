@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <ctime>
-#include <filesystem>
 
 #include "base/text.hpp"
 #include "runner/machine.hpp"
@@ -17,28 +16,8 @@
 namespace scanmill::runner {
 namespace {
 
-namespace fs = std::filesystem;
-
-constexpr const char* kFolderClock = "/clock";
-
-struct Sign {
-  std::string path;
-  std::size_t index = 0;
-  std::int64_t time_ns = 0;
-};
-
-std::vector<Sign> signs_in(const std::string& folder) {
-  std::vector<Sign> signs;
-  std::error_code error;
-  for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error))
-    if (const auto index = heartbeat_index(it->path().filename().string()))
-      if (const auto stamp = store::stamp_of(it->path().string()))
-        signs.push_back({it->path().string(), *index, stamp->mtime_ns});
-  return signs;
-}
-
 /// Every scan of the task has its record, and none of them is about to be tried again by this task.
-bool has_all_records(const Sign& sign, const TaskFile& file, const std::string& folder) {
+bool has_all_records(const SignOfLife& sign, const TaskFile& file, const std::string& folder) {
   if (sign.index >= file.tasks.size()) return false;
   for (std::size_t item = 0; item < file.tasks[sign.index].items.size(); ++item) {
     const std::string path = result_path(folder, sign.index, item);
@@ -66,7 +45,7 @@ std::string utc_in(double seconds) {
   return text;
 }
 
-std::string who(const Sign& sign) {
+std::string who(const SignOfLife& sign) {
   std::string text = "task " + std::to_string(sign.index);
   const auto beat = load_heartbeat(sign.path);
   if (!beat) return text;
@@ -75,8 +54,8 @@ std::string who(const Sign& sign) {
 }
 
 Result<void> wait_for_no_task(const WaveFolder& wave, const TaskFile& file) {
-  std::optional<Sign> latest;
-  for (const Sign& sign : signs_in(wave.folder)) {
+  std::optional<SignOfLife> latest;
+  for (const SignOfLife& sign : signs_of(wave)) {
     const auto beat = load_heartbeat(sign.path);
     if (has_all_records(sign, file, wave.folder) || (beat && process_has_ended(*beat)))
       (void)unlink(sign.path.c_str());
@@ -84,11 +63,7 @@ Result<void> wait_for_no_task(const WaveFolder& wave, const TaskFile& file) {
       latest = sign;
   }
   if (!latest) return {};
-  // The clock of the file system, which also stamped the sign.
-  const std::string clock = wave.folder + kFolderClock;
-  (void)store::write_scratch(clock, "\n");
-  const auto now = store::stamp_of(clock);
-  const double age = now ? std::max(0.0, 1e-9 * static_cast<double>(now->mtime_ns - latest->time_ns)) : 0;
+  const double age = age_by_folder(wave, latest->time_ns);
   if (age >= file.lease_s) return {};
   return fail(Code::Cancelled,
               "tasks of this worklist are at work (" + who(*latest) + ", last sign " +

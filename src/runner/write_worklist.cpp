@@ -128,7 +128,7 @@ Result<TaskFile> write(const WorklistOptions& options, Work& work, std::string& 
   std::string held_by;
   TRY_ASSIGN(const OutputLock lock, OutputLock::take(tree.lock_file(), held_by));
   TRY(wait_for_no_task(tree));
-  TRY(abandon_waves(tree, false));
+  abandon_waves(tree, false);
   const auto scans = scans_to_make(options, job, tree, selection, work);
   TaskFile file = tasks_of(options, job, tree, selection, scans, work);
   if (const auto parent = fs::path(path).parent_path().string(); !parent.empty()) TRY(store::make_folders(parent));

@@ -135,9 +135,9 @@ def cancel_and_gc(work):
     wait_for(lambda: os.path.exists(f"{work}/out/scans/a"))
     for command in ("gc", "retry"):
         assert "holds this output" in call(work, command, "out", want=75)
-    for _ in range(2):
-        assert "asked pid" in call(work, "cancel", "out")
-        wait_for(lambda: not os.path.exists(f"{work}/out/journal/cancel"))
+    assert "asked pid" in call(work, "cancel", "out")
+    wait_for(lambda: "stopping" in call(work, "status", "out"))
+    assert "asked to stop before" in call(work, "cancel", "out")
     ended(run, 143)
     os.makedirs(f"{work}/out/scans/.a.7")
     open(f"{work}/out/logs/gone.log", "w").close()
