@@ -217,8 +217,9 @@ runner::CutParts PipelineWork::parts_of(std::size_t scan, const Node& resolved, 
   runner::CutParts parts;
   parts.folder = folder;
   parts.waves.push_back({kInputs});
-  for (const auto& wave : pipeline::scan_waves(cut_by(keys, bytes), what->reduce.representative)) {
-    if (wave.front().stage == pipeline::PartStage::Mesh) parts.whole_from = parts.waves.size();
+  parts.whole.push_back(false);
+  for (const auto& wave : pipeline::scan_waves(cut_by(keys, bytes), *what)) {
+    parts.whole.push_back(pipeline::wants_whole(wave.front().stage));
     parts.waves.emplace_back();
     for (const pipeline::PartTask& task : wave) parts.waves.back().push_back(pipeline::name_of(task));
   }

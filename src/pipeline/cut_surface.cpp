@@ -2,107 +2,32 @@
 #include "pipeline/cut_surface.hpp"
 
 #include <cstring>
-#include <type_traits>
 #include <utility>
 
 #include "cloud/piece.hpp"
+#include "pipeline/cut_reduction.hpp"
+#include "pipeline/cut_stars.hpp"
+#include "pipeline/part_lists.hpp"
 
 namespace scanmill::pipeline {
 namespace {
 
-/// Values one after the other, as they stand in memory; a list begins with its length.
-class Keeper {
- public:
-  explicit Keeper(PartWriter& writer) : writer_(writer) {}
-  template <class... Values>
-  void operator()(const Values&... values) {
-    (keep(values), ...);
-  }
-  Result<void> state = {};
-
- private:
-  template <class T>
-  void keep(const T& value) {
-    static_assert(std::is_trivially_copyable_v<T>);
-    bytes(&value, sizeof value);
-  }
-  template <class T>
-  void keep(const std::vector<T>& list) {
-    keep(static_cast<std::uint64_t>(list.size()));
-    if constexpr (std::is_trivially_copyable_v<T>)
-      bytes(list.data(), list.size() * sizeof(T));
-    else
-      for (const T& value : list) keep(value);
-  }
-  void keep(const BorderLoop& loop) { (*this)(loop.vertices, loop.length_mm, loop.centre); }
-  void bytes(const void* begin, std::size_t count) {
-    if (state.ok() && count > 0) state = writer_.add({static_cast<const char*>(begin), count});
-  }
-  PartWriter& writer_;
-};
-
-/// The same back.
-class Taker {
- public:
-  explicit Taker(const PartFile& file) : file_(file) {}
-  template <class... Values>
-  void operator()(Values&... values) {
-    (take(values), ...);
-  }
-  Result<void> state = {};
-
- private:
-  template <class T>
-  void take(T& value) {
-    static_assert(std::is_trivially_copyable_v<T>);
-    bytes(&value, sizeof value);
-  }
-  template <class T>
-  void take(std::vector<T>& list) {
-    std::uint64_t count = 0;
-    take(count);
-    if (count > file_.rows() - at_) state = fail(Code::IoFailed, "is shorter than its lists; remove it and run again");
-    if (!state.ok()) return;
-    list.resize(static_cast<std::size_t>(count));
-    if constexpr (std::is_trivially_copyable_v<T>)
-      bytes(list.data(), list.size() * sizeof(T));
-    else
-      for (T& value : list) take(value);
-  }
-  void take(BorderLoop& loop) { (*this)(loop.vertices, loop.length_mm, loop.centre); }
-  void bytes(void* begin, std::size_t count) {
-    if (!state.ok() || count == 0) return;
-    state = file_.read(at_, {static_cast<char*>(begin), count});
-    at_ += count;
-  }
-  const PartFile& file_;
-  std::uint64_t at_ = 0;
-};
-
-/// What distances are measured against, for either direction; the index follows from the bins.
-template <class Store, class Made>
-void store_judged(Store& store, Made& made) {
-  auto& cloud = made.reduction.cloud;
-  auto& surface = made.surface;
-  store(cloud.lattice, cloud.base, cloud.bins);
+/// What distances are measured against, for either direction.
+template <class Store, class Surface>
+void store_judged(Store& store, Surface& surface) {
   store(surface.mesh.positions, surface.mesh.triangles, surface.mesh.patch, surface.mesh.offset, surface.vertex_row,
         surface.stray_rows);
 }
 
-template <class Store, class Made>
-void store_rest(Store& store, Made& made) {
-  auto& cloud = made.reduction.cloud;
-  auto& surface = made.surface;
+template <class Store, class Surface>
+void store_rest(Store& store, Surface& surface) {
   auto& patches = surface.patches;
-  store(cloud.measured, cloud.source, cloud.counts, cloud.drop, cloud.projected, cloud.normal, cloud.residual,
-        cloud.variation, cloud.plane_distance, cloud.frame_valid, cloud.sign_known);
   store(patches.patch, patches.rank, patches.patches, patches.refused_normal);
   store(surface.borders, surface.strays, surface.loops, surface.stars, surface.refused, surface.refused_overlap,
         surface.components, surface.sides_by_volume, surface.kept_used, surface.kept_in_strays);
-  store(made.reduction.report, made.swaps);
 }
 
-constexpr PartTask kMesh{PartStage::Mesh, 0};
+constexpr PartTask kMesh{PartStage::Mesh, 0}, kSwap{PartStage::Swap, 0};
 
 struct Verdict {
   verify::PieceVerdict piece;
@@ -134,17 +59,15 @@ Result<Verdict> read_verdict(const PartFile& file) {
   return verdict;
 }
 
-Result<void> make_verdict(const Cut& cut, const PartTask& task, const MadeSurface& made, const TracedPoints& all,
-                          const What& what, const Context& context) {
+Result<void> make_verdict(const Cut& cut, const PartTask& task, const MeshedSurface& surface,
+                          const reduce::ReducedCloud& cloud, const TracedPoints& all, const What& what,
+                          const Context& context) {
   const PiecePoints piece(all.points, task.number, cut.pieces);
   VerdictHead head;
-  TRY_ASSIGN(const verify::PieceVerdict verdict,
-             judge_piece(made.surface, made.reduction.cloud, piece, what, context, head.in_strays));
+  TRY_ASSIGN(const verify::PieceVerdict verdict, judge_piece(surface, cloud, piece, what, context, head.in_strays));
   const std::vector<BlockTrace> traces = all.files.traces();
   head.traces = traces.size();
-  const std::string name = name_of(task);
-  TRY_ASSIGN(PartWriter writer,
-             PartWriter::create(path_of(cut, name), kind_of(cut, name, sizeof(verify::PieceVerdict::Vertex))));
+  TRY_ASSIGN(PartWriter writer, create_part(cut, task));
   TRY(writer.add_rows(std::span<const verify::PieceVerdict::Vertex>(verdict.vertices)));
   std::string text(reinterpret_cast<const char*>(&head), sizeof head);
   text.append(reinterpret_cast<const char*>(traces.data()), traces.size() * sizeof(BlockTrace));
@@ -153,46 +76,76 @@ Result<void> make_verdict(const Cut& cut, const PartTask& task, const MadeSurfac
 
 }  // namespace
 
-Result<void> keep_surface(const Cut& cut, const MadeSurface& made) {
-  const std::string name = name_of(kMesh);
-  TRY_ASSIGN(PartWriter writer, PartWriter::create(path_of(cut, name), kind_of(cut, name, 1)));
+Result<void> mesh_cut(const Cut& cut, const What& what, const SizeCheck& is_plausible, const Context& context,
+                      Progress& progress) {
+  if (is_done(cut, kMesh)) return {};
+  TRY_ASSIGN(const reduce::Reduction reduction, join_reduction(cut));
+  TRY(is_plausible(reduction.report));
+  std::optional<std::vector<stars::Ballot>> ballots;
+  if (what.grow.engine != Engine::Front) {
+    TRY_ASSIGN(ballots, read_ballots(cut));
+  }
+  TRY_ASSIGN(const MeshedSurface surface,
+             mesh_surface(reduction.cloud, reduction.report.bounds, what, context, progress, std::move(ballots)));
+  TRY_ASSIGN(PartWriter writer, create_part(cut, kMesh));
   Keeper keeper(writer);
-  store_judged(keeper, made);
-  store_rest(keeper, made);
+  store_judged(keeper, surface);
+  store_rest(keeper, surface);
+  keeper(reduction.report.bin_mm);
   TRY(std::move(keeper.state));
   return writer.commit();
 }
 
-Result<std::optional<MadeSurface>> kept_surface(const Cut& cut) {
-  const auto file = open_part(cut, kMesh);
-  if (!file) return std::optional<MadeSurface>();
-  MadeSurface made;
-  Taker taker(*file);
-  store_judged(taker, made);
-  store_rest(taker, made);
+Result<void> swap_cut(const Cut& cut, const What& what, const Context& context, Progress& progress) {
+  if (is_done(cut, kSwap)) return {};
+  TRY_ASSIGN(const PartFile file, need_part(cut, kMesh));
+  MeshedSurface surface;
+  double bin_mm = 0;
+  Taker taker(file);
+  store_judged(taker, surface);
+  store_rest(taker, surface);
+  taker(bin_mm);
   TRY(std::move(taker.state));
-  made.reduction.cloud.index = BinIndex::over(made.reduction.cloud.bins);
-  return std::optional<MadeSurface>(std::move(made));
+  TRY_ASSIGN(const optimise::Report swaps, optimise_surface(surface, what, bin_mm, context, progress));
+  TRY_ASSIGN(PartWriter writer, create_part(cut, kSwap));
+  Keeper keeper(writer);
+  store_judged(keeper, surface);
+  store_rest(keeper, surface);
+  keeper(swaps);
+  TRY(std::move(keeper.state));
+  return writer.commit();
+}
+
+Result<MadeSurface> join_surface(const Cut& cut) {
+  TRY_ASSIGN(const PartFile file, need_part(cut, kSwap));
+  MadeSurface made;
+  TRY_ASSIGN(made.reduction, join_reduction(cut));
+  Taker taker(file);
+  store_judged(taker, made.surface);
+  store_rest(taker, made.surface);
+  taker(made.swaps);
+  TRY(std::move(taker.state));
+  return made;
 }
 
 Result<void> verify_piece(const Cut& cut, std::uint32_t piece, const TracedPoints& all, const What& what,
                           const Context& context) {
   const PartTask task{PartStage::Verify, piece};
   if (is_done(cut, task)) return {};
-  TRY_ASSIGN(const PartFile file, need_part(cut, kMesh));
-  MadeSurface made;
+  TRY_ASSIGN(const PartFile file, need_part(cut, kSwap));
+  MeshedSurface surface;
   Taker taker(file);
-  store_judged(taker, made);
+  store_judged(taker, surface);
   TRY(std::move(taker.state));
-  made.reduction.cloud.index = BinIndex::over(made.reduction.cloud.bins);
-  return make_verdict(cut, task, made, all, what, context);
+  TRY_ASSIGN(const reduce::ReducedCloud bins, join_bins(cut));
+  return make_verdict(cut, task, surface, bins, all, what, context);
 }
 
 Result<Fit> measure_fit_in_pieces(const Cut& cut, const MadeSurface& made, const TracedPoints& all, const What& what,
                                   const Context& context) {
   for (std::uint32_t n = 0; n < cut.pieces; ++n) {
     const PartTask task{PartStage::Verify, n};
-    if (!is_done(cut, task)) TRY(make_verdict(cut, task, made, all, what, context));
+    if (!is_done(cut, task)) TRY(make_verdict(cut, task, made.surface, made.reduction.cloud, all, what, context));
   }
   FitOfPieces fit(made.surface, made.reduction.cloud, what);
   for (std::uint32_t n = 0; n < cut.pieces; ++n) {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// The tasks of a scan behind its reduction (cut_scan.hpp): the mesh, kept so that it is made once, and the distances of
-// all points from it, piece by piece of the input.
+// The tasks of a scan behind its stars (cut_scan.hpp): the mesh, its swaps, and the distances of all points from it,
+// piece by piece of the input.
 #pragma once
-#include <optional>
+#include <functional>
 
 #include "optimise/optimise.hpp"
 #include "pipeline/cut_scan.hpp"
@@ -19,11 +19,15 @@ struct MadeSurface {
   optimise::Report swaps;
 };
 
-/// errors  NoSpace, IoFailed naming the file
-Result<void> keep_surface(const Cut& cut, const MadeSurface& made);
-/// Nothing when the task `mesh` is still to be done.
-/// errors  IoFailed naming the file
-Result<std::optional<MadeSurface>> kept_surface(const Cut& cut);
+/// Whether a cloud of this size can be a scan: said before anything is meshed.
+using SizeCheck = std::function<Result<void>(const reduce::Report&)>;
+/// The tasks `mesh` and `swap`; nothing is done when the file is there.
+/// errors  IoFailed naming the task that makes what is missing; those of the stages; NoSpace
+Result<void> mesh_cut(const Cut& cut, const What& what, const SizeCheck& is_plausible, const Context& context,
+                      Progress& progress);
+Result<void> swap_cut(const Cut& cut, const What& what, const Context& context, Progress& progress);
+/// What they made, once it is there.
+Result<MadeSurface> join_surface(const Cut& cut);
 
 /// A scan's points, and the files they come from: those keep traces of what was read.
 struct TracedPoints {

@@ -25,7 +25,22 @@ struct PickRow {
   std::uint64_t row;
   std::uint32_t view, none;
 };
-static_assert(sizeof(TotalRow) == 160 && sizeof(FrameRow) == 64 && sizeof(PickRow) == 48);
+/// A bin's point with its frame. `drop`: by the rules that look at no other point.
+struct PointRow {
+  double measured[3], projected[3], normal[3];
+  std::uint64_t row;
+  std::int64_t count;
+  std::int32_t bin[3];
+  std::uint32_t view;
+  float residual, variation, plane_distance;
+  std::uint8_t drop, valid, sign_known, none;
+  LocalBin local() const { return {bin[0], bin[1], bin[2]}; }
+};
+struct ThinRow {
+  reduce::Drop drop;
+  std::uint8_t open;
+};
+static_assert(sizeof(TotalRow) == 160 && sizeof(FrameRow) == 64 && sizeof(PickRow) == 48 && sizeof(PointRow) == 120);
 
 struct CountsText {
   std::uint64_t points_read = 0, not_finite = 0, sensor_invalid = 0, points_used = 0;
@@ -91,6 +106,54 @@ inline void set_frame(reduce::Frames& f, std::size_t n, const FrameRow& row) {
   f.plane_distance[n] = row.plane_distance;
   f.valid[n] = row.valid;
   f.sign_known[n] = row.sign_known;
+}
+
+inline PointRow point_row(const reduce::ReducedCloud& c, std::size_t n) {
+  const Vec3 m = c.measured[n], p = c.projected[n], v = c.normal[n];
+  const LocalBin& bin = c.bins[n];
+  return {{m.x, m.y, m.z},
+          {p.x, p.y, p.z},
+          {v.x, v.y, v.z},
+          c.source[n].row,
+          c.counts[n],
+          {bin[0], bin[1], bin[2]},
+          index_of(c.source[n].view),
+          c.residual[n],
+          c.variation[n],
+          c.plane_distance[n],
+          static_cast<std::uint8_t>(c.drop[n]),
+          c.frame_valid[n],
+          c.sign_known[n],
+          0};
+}
+/// Behind the rows there are.
+inline void push_point(reduce::ReducedCloud& c, const PointRow& row) {
+  c.bins.push_back(row.local());
+  c.measured.push_back({row.measured[0], row.measured[1], row.measured[2]});
+  c.source.push_back({ViewId{row.view}, row.row});
+  c.counts.push_back(row.count);
+  c.drop.push_back(static_cast<reduce::Drop>(row.drop));
+  c.projected.push_back({row.projected[0], row.projected[1], row.projected[2]});
+  c.normal.push_back({row.normal[0], row.normal[1], row.normal[2]});
+  c.residual.push_back(row.residual);
+  c.variation.push_back(row.variation);
+  c.plane_distance.push_back(row.plane_distance);
+  c.frame_valid.push_back(row.valid);
+  c.sign_known.push_back(row.sign_known);
+}
+inline void reserve_points(reduce::ReducedCloud& c, std::size_t count) {
+  c.bins.reserve(count);
+  c.measured.reserve(count);
+  c.source.reserve(count);
+  c.counts.reserve(count);
+  c.drop.reserve(count);
+  c.projected.reserve(count);
+  c.normal.reserve(count);
+  c.residual.reserve(count);
+  c.variation.reserve(count);
+  c.plane_distance.reserve(count);
+  c.frame_valid.reserve(count);
+  c.sign_known.reserve(count);
 }
 
 inline CountsText counts_text(const reduce::ReadCounts& c) {

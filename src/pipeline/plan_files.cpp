@@ -12,7 +12,6 @@
 namespace scanmill::pipeline {
 namespace {
 
-constexpr std::uint64_t kLongestPlan = 64 << 20;
 constexpr std::string_view kExports[] = {"gcode", "conf", "aln", "log", "xf", "3dtk"};
 
 /// To the terminal as it is, under --json as a value.

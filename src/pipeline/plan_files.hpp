@@ -10,6 +10,9 @@
 
 namespace scanmill::pipeline {
 
+/// Bytes of a plan; what is longer is something else.
+inline constexpr std::uint64_t kLongestPlan = 64 << 20;
+
 struct ImportChoice {
   std::string machine;                // plan whose machine and sensor are taken over; empty: none
   std::string units;                  // of the data files; empty: guessed from the size of the first view

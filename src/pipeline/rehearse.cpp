@@ -6,6 +6,7 @@
 #include "base/digest.hpp"
 #include "base/text.hpp"
 #include "cloud/over_blocks.hpp"
+#include "pipeline/plan_files.hpp"
 #include "pipeline/plan_scan.hpp"
 #include "pipeline/replay_plan.hpp"
 #include "pipeline/views.hpp"
@@ -15,7 +16,6 @@
 namespace scanmill::pipeline {
 namespace {
 
-constexpr std::uint64_t kLongestPlan = 64 << 20;
 constexpr double kBinsWithoutSensor = 20000;
 
 Result<plan::ScanPlan> read_plan(const std::string& path) {

@@ -10,6 +10,8 @@
 #include "cloud/spatial_order.hpp"
 #include "pipeline/bin_forecast.hpp"
 #include "pipeline/clean_scan.hpp"
+#include "pipeline/cut_reduction.hpp"
+#include "pipeline/cut_stars.hpp"
 #include "pipeline/cut_surface.hpp"
 #include "pipeline/density.hpp"
 #include "pipeline/finish_scan.hpp"
@@ -137,45 +139,66 @@ Result<std::vector<std::uint32_t>> look_over(const PointSource& points, const Wh
   return order;
 }
 
-/// Every part that is not there, one after the other, and their joining.
-Result<reduce::Reduction> reduce_in_parts(const PointSource& points, const What& what, const Cut& cut,
-                                          const Context& context, Progress& progress) {
-  const WatchedPoints watched(points, "reduce", progress);
-  const CutReduction parts(watched, what.lattice, what.reduce, cut);
-  for (const auto& wave : waves_of(cut, what.reduce.representative))
-    for (const PartTask& task : wave) TRY(parts.make(task, context));
-  return parts.join(context);
+/// errors  BadInput when no scan is so large, or so small
+Result<void> check_size(const ScanPoints& points, const reduce::Report& report) {
+  std::string problem = implausible_size(report.bounds, points.units_mm(), report.bin_mm, report.points_used);
+  return problem.empty() ? Result<void>() : fail(Code::BadInput, std::move(problem));
 }
 
-/// From the points to the finished mesh. `source`: the cleaned points in the order they are best read in. With a `cut`
-/// the mesh is kept, and taken from there when it is. `notes`: what the sensor's band says, without a cut.
-Result<MadeSurface> make_surface(const ScanPoints& points, const CleanedScan& cleaned, const PointSource& source,
-                                 const What& what, const Cut* cut, const Context& context, Progress& progress,
-                                 StageClock& clock, std::vector<std::string>& notes) {
-  if (cut) {
-    TRY_ASSIGN(auto kept, kept_surface(*cut));
-    if (kept) {
-      clock.lap("mesh");
-      return *std::move(kept);
-    }
+/// One task of a scan that is cut. `source`: the cleaned points.
+Result<void> make_task(const PartTask& task, const ScanPoints& points, const PointSource& source, const What& what,
+                       const Cut& cut, const Context& context, Progress& progress) {
+  switch (task.stage) {
+    case PartStage::Stars:
+      return star_batch(cut, task.number, what, context);
+    case PartStage::Mesh:
+      return mesh_cut(
+          cut, what, [&](const reduce::Report& report) { return check_size(points, report); }, context, progress);
+    case PartStage::Swap:
+      return swap_cut(cut, what, context, progress);
+    case PartStage::Verify:
+      return verify_piece(cut, task.number, {source, points}, what, context);
+    default:
+      return CutReduction(source, what.lattice, what.reduce, cut).make(task, context);
   }
+}
+
+/// Every part of the middle of the job that is not there, one after the other, and what they come to.
+Result<MadeSurface> make_in_parts(const ScanPoints& points, const PointSource& source, const What& what, const Cut& cut,
+                                  const Context& context, Progress& progress, StageClock& clock) {
+  for (const auto& wave : scan_waves(cut, what)) {
+    const PartStage stage = wave.front().stage;
+    if (stage == PartStage::Verify) break;
+    for (const PartTask& task : wave) {
+      if (is_done(cut, task)) continue;
+      const WatchedPoints watched(source, name_of(task), progress);
+      TRY(make_task(task, points, watched, what, cut, context, progress));
+    }
+    if (stage >= PartStage::Settle) clock.lap(stage == PartStage::Settle ? "reduce" : name_of({stage, 0}).c_str());
+  }
+  auto made = join_surface(cut);
+  clock.lap("join");
+  return made;
+}
+
+/// From the points to the finished mesh. `source`: the cleaned points in the order they are best read in. `notes`: what
+/// the sensor's band says.
+Result<MadeSurface> make_surface(const ScanPoints& points, const CleanedScan& cleaned, const PointSource& source,
+                                 const What& what, const Context& context, Progress& progress, StageClock& clock,
+                                 std::vector<std::string>& notes) {
   const WatchedPoints watched(source, "reduce", progress);
-  auto reduced = cut ? reduce_in_parts(source, what, *cut, context, progress)
-                     : reduce::reduce_cloud(watched, what.lattice, what.reduce, context);
+  auto reduced = reduce::reduce_cloud(watched, what.lattice, what.reduce, context);
   if (!reduced.ok()) return explained(std::move(reduced).error(), cleaned);
-  if (!cut) TRY(points.check_bands(notes));
+  TRY(points.check_bands(notes));
   MadeSurface made{std::move(reduced).value(), {}, {}};
   const reduce::Report& report = made.reduction.report;
-  if (std::string problem = implausible_size(report.bounds, points.units_mm(), report.bin_mm, report.points_used);
-      !problem.empty())
-    return fail(Code::BadInput, std::move(problem));
+  TRY(check_size(points, report));
   clock.lap("reduce");
   TimedStages timed(clock, progress);
   TRY_ASSIGN(made.surface, mesh_surface(made.reduction.cloud, report.bounds, what, context, timed));
   timed.end();
   TRY_ASSIGN(made.swaps, optimise_surface(made.surface, what, report.bin_mm, context, progress));
   clock.lap("optimise");
-  if (cut) TRY(keep_surface(*cut, made));
   return made;
 }
 
@@ -190,19 +213,10 @@ Result<void> make_part(const std::string& archive, const ScanSpec& scan, const W
   if (!clean.ok()) return name_file(std::move(clean).error(), scan);
   const CleanedScan cleaned = std::move(clean).value();
   const WatchedPoints watched(*cleaned.points, part, progress);
-  auto make = [&](const PartTask& task) -> Result<void> {
-    if (task.stage == PartStage::Verify) return verify_piece(cut, task.number, {watched, *points}, what, context);
-    if (task.stage != PartStage::Mesh) return CutReduction(watched, what.lattice, what.reduce, cut).make(task, context);
-    StageTimes times;
-    StageClock clock(times);
-    std::vector<std::string> notes;
-    TRY(make_surface(*points, cleaned, *cleaned.points, what, &cut, context, progress, clock, notes));
-    return {};
-  };
-  for (const auto& wave : scan_waves(cut, what.reduce.representative))
+  for (const auto& wave : scan_waves(cut, what))
     for (const PartTask& task : wave) {
       if (name_of(task) != part) continue;
-      auto made = make(task);
+      auto made = make_task(task, *points, watched, what, cut, context, progress);
       if (!made.ok()) return name_file(explained(std::move(made).error(), cleaned), scan);
       return points->verify_unchanged();
     }
@@ -293,7 +307,9 @@ Result<ScanResult> run_scan(const std::string& archive, const ScanSpec& scan, co
   const PointSource& source = ordered ? *ordered : *cleaned.points;
   const Cut* parts = cut && is_cuttable(what) ? &*cut : nullptr;
   std::vector<std::string> found;
-  auto made = make_surface(*points, cleaned, source, what, parts, context, progress, clock, found);
+  auto made = parts ? make_in_parts(*points, source, what, *parts, context, progress, clock)
+                    : make_surface(*points, cleaned, source, what, context, progress, clock, found);
+  if (!made.ok() && parts) return name_file(explained(std::move(made).error(), cleaned), scan);
   if (!made.ok()) return name_file(std::move(made).error(), scan);
 
   ScanResults all{archive, scan, what, *points, cleaned, {}, {}};

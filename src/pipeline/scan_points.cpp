@@ -10,6 +10,7 @@
 #include "base/text.hpp"
 #include "pipeline/block_band.hpp"
 #include "pipeline/plan_scan.hpp"
+#include "pipeline/unit_hint.hpp"
 #include "pipeline/what.hpp"
 
 namespace scanmill::pipeline {
@@ -301,17 +302,6 @@ Result<void> ScanPoints::verify_unchanged() const {
 
 namespace {
 
-struct Unit {
-  const char* word;
-  const char* plural;
-  double mm;
-};
-constexpr Unit kUnits[] = {{"mm", "millimetres", 1},
-                           {"m", "metres", 1000},
-                           {"cm", "centimetres", 10},
-                           {"in", "inches", 25.4},
-                           {"um", "micrometres", 0.001}};
-
 constexpr double kMostPlausibleBins = 50000;              // across a cloud
 constexpr double kSmallestPart = 5, kLargestPart = 5000;  // mm
 constexpr double kBinsOfAPart = 20;                       // across the least that shows a shape
@@ -353,7 +343,7 @@ std::string implausible_size(const Bounds& bounds, double units_mm, double bin_m
       text + " mm cannot be" + (few_bins && !below_1_mm ? " with bins of " + number_text(bin_mm) + " mm" : "");
   // The units that make an object of 20 bins and 5 mm to 5 m out of the same numbers.
   std::string plurals, words;
-  for (const Unit& unit : kUnits) {
+  for (const LengthUnit& unit : kLengthUnits) {
     const double guess = largest / units_mm * unit.mm;
     if (unit.mm == units_mm || guess < std::max(kSmallestPart, kBinsOfAPart * bin_mm) || guess > kLargestPart) continue;
     plurals += std::string(plurals.empty() ? "" : " or ").append(unit.plural);

@@ -13,6 +13,7 @@
 #include "formats/mesh_reader.hpp"
 #include "formats/probe.hpp"
 #include "pipeline/fringe_files.hpp"
+#include "pipeline/plan_files.hpp"
 #include "pipeline/tool_inputs.hpp"
 #include "pipeline/views.hpp"
 #include "plan/stations.hpp"
@@ -25,7 +26,6 @@ namespace {
 using document::Node;
 using exporting::RangeFormat;
 
-constexpr std::uint64_t kLongestPlan = 64 << 20;
 constexpr std::string_view kSimulated = "scanmill simulate:";  // in the comment of simulated views that have any
 
 /// The solid or mesh to be seen; one of both.

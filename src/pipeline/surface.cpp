@@ -11,30 +11,7 @@
 namespace scanmill::pipeline {
 namespace {
 
-/// Reduced points in the frame and precision in which they will be written.
-struct Written {
-  std::vector<Vec3> measured, projected;
-  std::vector<std::uint8_t> kept, usable;
-};
-
 float to_float(double value) { return static_cast<float>(value); }
-
-Written written_points(const reduce::ReducedCloud& cloud, Vec3 offset) {
-  Written w;
-  const std::size_t n = cloud.size();
-  w.measured.resize(n);
-  w.projected.resize(n);
-  w.kept.resize(n);
-  w.usable.resize(n);
-  for (std::size_t row = 0; row < n; ++row) {
-    const Vec3 p = cloud.measured[row] - offset;
-    w.measured[row] = {to_float(p.x) + 0.0f, to_float(p.y) + 0.0f, to_float(p.z) + 0.0f};  // + 0: no -0
-    w.projected[row] = cloud.projected[row] - offset;
-    w.kept[row] = cloud.drop[row] == reduce::Drop::Kept;
-    w.usable[row] = w.kept[row] || cloud.drop[row] == reduce::Drop::NeighbourDistance;
-  }
-  return w;
-}
 
 /// What either engine hands to merge.
 struct Grown {
@@ -44,18 +21,20 @@ struct Grown {
   std::vector<Vec3> seeds;               // engine front only, frame of the written points
 };
 
-Result<Grown> grow_by_stars(const reduce::ReducedCloud& cloud, const Written& w, const What& what,
-                            const Context& context, Progress& progress, MeshedSurface& out) {
-  const stars::SurfacePoints points{cloud.lattice.edge_mm, cloud.base,   cloud.bins,       &cloud.index, w.measured,
-                                    w.projected,           cloud.normal, cloud.sign_known, w.kept,       w.usable};
-  TRY_ASSIGN(stars::Surface surface,
-             stars::mesh_points(points, {what.grow.range_bins, what.grow.min_angle_deg}, context, progress));
+Result<Grown> grow_by_stars(const reduce::ReducedCloud& cloud, const WrittenPoints& w, const What& what,
+                            std::optional<std::vector<stars::Ballot>> ballots, const Context& context,
+                            Progress& progress, MeshedSurface& out) {
+  const stars::SurfacePoints points = surface_points(cloud, w);
+  const stars::Params params = star_params(what);
+  TRY_ASSIGN(stars::Surface surface, ballots
+                                         ? stars::mesh_ballots(points, *std::move(ballots), params, context, progress)
+                                         : stars::mesh_points(points, params, context, progress));
   out.stars = surface.report;
   out.refused = surface.report.refused;
   return Grown{std::move(surface.triangles), std::move(surface.sign_known), {}, {}};
 }
 
-Result<Grown> grow_by_front(const reduce::ReducedCloud& cloud, const Written& w, const What& what, Vec3 offset,
+Result<Grown> grow_by_front(const reduce::ReducedCloud& cloud, const WrittenPoints& w, const What& what, Vec3 offset,
                             const Context& context, MeshedSurface& out) {
   std::vector<std::uint32_t> rows;
   front::Input input;
@@ -166,6 +145,30 @@ void measure_patches(const Mesh& mesh, grow::Patches& out) {
   }
 }
 
+WrittenPoints written_points(const reduce::ReducedCloud& cloud, Vec3 offset) {
+  WrittenPoints w;
+  const std::size_t n = cloud.size();
+  w.measured.resize(n);
+  w.projected.resize(n);
+  w.kept.resize(n);
+  w.usable.resize(n);
+  for (std::size_t row = 0; row < n; ++row) {
+    const Vec3 p = cloud.measured[row] - offset;
+    w.measured[row] = {to_float(p.x) + 0.0f, to_float(p.y) + 0.0f, to_float(p.z) + 0.0f};  // + 0: no -0
+    w.projected[row] = cloud.projected[row] - offset;
+    w.kept[row] = cloud.drop[row] == reduce::Drop::Kept;
+    w.usable[row] = w.kept[row] || cloud.drop[row] == reduce::Drop::NeighbourDistance;
+  }
+  return w;
+}
+
+stars::SurfacePoints surface_points(const reduce::ReducedCloud& cloud, const WrittenPoints& w) {
+  return {cloud.lattice.edge_mm, cloud.base,   cloud.bins,       &cloud.index, w.measured,
+          w.projected,           cloud.normal, cloud.sign_known, w.kept,       w.usable};
+}
+
+stars::Params star_params(const What& what) { return {what.grow.range_bins, what.grow.min_angle_deg}; }
+
 Vec3 float32_offset(const Bounds& bounds, double edge_mm) {
   if (bounds.empty()) return {};
   const double largest = std::max({std::abs(bounds.low.x), std::abs(bounds.low.y), std::abs(bounds.low.z),
@@ -179,14 +182,15 @@ Vec3 float32_offset(const Bounds& bounds, double edge_mm) {
 }
 
 Result<MeshedSurface> mesh_surface(const reduce::ReducedCloud& cloud, const Bounds& bounds, const What& what,
-                                   const Context& context, Progress& progress) {
+                                   const Context& context, Progress& progress,
+                                   std::optional<std::vector<stars::Ballot>> ballots) {
   MeshedSurface out;
   const Vec3 offset = float32_offset(bounds, cloud.lattice.edge_mm);
-  const Written w = written_points(cloud, offset);
+  const WrittenPoints w = written_points(cloud, offset);
   const bool by_front = what.grow.engine == Engine::Front;
   if (by_front) progress.stage("grow", 0, 0);
   TRY_ASSIGN(Grown grown, by_front ? grow_by_front(cloud, w, what, offset, context, out)
-                                   : grow_by_stars(cloud, w, what, context, progress, out));
+                                   : grow_by_stars(cloud, w, what, std::move(ballots), context, progress, out));
   progress.stage("merge", 0, 0);
   merge::Merged merged =
       merge::merge_components({w.measured, offset, grown.side_known, grown.triangles, grown.patch}, what.merge);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // From reduced points to the finished mesh: the stage table of the middle of the job, on values only.
 #pragma once
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -12,7 +13,7 @@
 #include "mesh/mesh.hpp"
 #include "pipeline/what.hpp"
 #include "reduce/reduce.hpp"
-#include "stars/stars.hpp"
+#include "stars/parts.hpp"
 
 namespace scanmill::pipeline {
 
@@ -40,9 +41,21 @@ Vec3 float32_offset(const Bounds& bounds, double edge_mm);
 /// Triangles, area and border length of each patch, from the mesh.
 void measure_patches(const Mesh& mesh, grow::Patches& patches);
 
-/// Stars, complete, merge, grow (or the front engine) over a reduced cloud.
+/// Reduced points in the frame and precision in which they will be written.
+struct WrittenPoints {
+  std::vector<Vec3> measured, projected;
+  std::vector<std::uint8_t> kept, usable;
+};
+WrittenPoints written_points(const reduce::ReducedCloud& cloud, Vec3 offset);
+/// What the stage `stars` gets; both must outlive it.
+stars::SurfacePoints surface_points(const reduce::ReducedCloud& cloud, const WrittenPoints& written);
+stars::Params star_params(const What& what);
+
+/// Stars, complete, merge, grow (or the front engine) over a reduced cloud. `ballots`: the stars' of all rows, where
+/// they are there already.
 /// errors  what the stages report; BadInput when no triangle can be made
 Result<MeshedSurface> mesh_surface(const reduce::ReducedCloud& cloud, const Bounds& bounds, const What& what,
-                                   const Context& context, Progress& progress);
+                                   const Context& context, Progress& progress,
+                                   std::optional<std::vector<stars::Ballot>> ballots = std::nullopt);
 
 }  // namespace scanmill::pipeline

@@ -9,12 +9,6 @@ namespace {
 
 constexpr double kAbout = 1.3;  // a cloud is rarely seen from all sides; 10 and 25.4 stay apart
 
-struct Unit {
-  const char* word;
-  double mm;
-};
-constexpr Unit kUnits[] = {{"mm", 1}, {"m", 1000}, {"cm", 10}, {"in", 25.4}, {"um", 0.001}};
-
 bool is_about(double ratio, double wanted) { return ratio < wanted * kAbout && ratio * kAbout > wanted; }
 
 }  // namespace
@@ -39,7 +33,7 @@ std::string unit_hint(const Bounds& mesh, const Bounds& cloud, double units_mm) 
   const std::string sizes = "the cloud measures " + number_text(two_digits(cloud_size)) + " mm, the mesh " +
                             number_text(two_digits(mesh_size)) + " mm from corner to corner: ";
   std::string cloud_unit, mesh_unit;
-  for (const Unit& unit : kUnits) {
+  for (const LengthUnit& unit : kLengthUnits) {
     if (unit.mm != units_mm && is_about(ratio, unit.mm / units_mm)) cloud_unit = unit.word;
     if (unit.mm > 1 && is_about(ratio * unit.mm, 1)) mesh_unit = unit.word;
   }

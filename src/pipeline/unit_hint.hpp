@@ -9,6 +9,17 @@
 
 namespace scanmill::pipeline {
 
+struct LengthUnit {
+  const char *word, *plural;
+  double mm;
+};
+/// The likeliest first.
+inline constexpr LengthUnit kLengthUnits[] = {{"mm", "millimetres", 1},
+                                              {"m", "metres", 1000},
+                                              {"cm", "centimetres", 10},
+                                              {"in", "inches", 25.4},
+                                              {"um", "micrometres", 0.001}};
+
 /// Passes blocks through and keeps the box of their points.
 class BoundedPoints final : public PointSource {
  public:

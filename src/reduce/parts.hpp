@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reduction in parts, for clouds that are worked on by several processes: passes over pieces of the input, frames over
-// bricks of the lattice, and their joining. Every part is a pure function, and the parts together give what
-// reduce_cloud gives, to the last bit, however input and lattice are cut.
+// Reduction in parts, for clouds that are worked on by several processes: passes over pieces of the input, frames and
+// thinning over bricks of the lattice, and their joining. Every part is a pure function, and the parts together give
+// what reduce_cloud gives, to the last bit, however input and lattice are cut.
 #pragma once
 #include <span>
 #include <vector>
 
 #include "reduce/binning.hpp"
 #include "reduce/frame.hpp"
+#include "reduce/thin.hpp"
 
 namespace scanmill::reduce {
 
@@ -33,8 +34,18 @@ Frames frames_of_parts(const LocalFrame& frame, std::vector<LocalBin> bins, cons
 /// What the second pass measures against; `median_residual` of all frames.
 std::vector<Target> targets_of(const LocalFrame& frame, std::span<const LocalBin> bins, const Frames& frames,
                                double median_residual, const Params& params);
-/// All bins with the winners in force (of the second pass where there was one) and their frames to the reduced cloud.
-Result<Reduction> join_parts(const LocalFrame& frame, BinTotals totals, Frames frames, const ReadCounts& counts,
-                             const Levels& levels, const Params& params, const Context& context);
+/// Bins with the winners in force (of the second pass where there was one) and their frames, any run of them: their
+/// points before thinning. The index is not filled.
+ReducedCloud points_of_parts(const LocalFrame& frame, BinTotals totals, Frames frames, const Params& params,
+                             const Context& context);
+/// Drops points of a part that has its index for others too near. `seen`: per row, that all occupied bins within
+/// kThinReach of its own are in the part; empty where the part is the whole.
+/// returns   per row 1 where points beyond the part could decide; those stay kept here. Empty for the whole.
+std::vector<std::uint8_t> thin_part(ReducedCloud& part, const std::vector<std::uint8_t>& seen, const Params& params,
+                                    const Context& context);
+/// All rows, thinned, with what is known of them.
+/// errors  BadInput beyond the numbers of rows
+Result<Reduction> join_parts(ReducedCloud cloud, const ReadCounts& counts, const Levels& levels,
+                             double median_residual);
 
 }  // namespace scanmill::reduce

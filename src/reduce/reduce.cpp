@@ -56,7 +56,7 @@ Result<void> check(const LatticeParams& lattice, const Params& params) {
   return fail(Code::BadParameter, text);
 }
 
-/// The cloud before frames: bins, their first points, counts and index.
+/// The cloud before frames: bins, their first points and counts.
 ReducedCloud first_cloud(const LocalFrame& frame, BinTotals& totals, const Params& params, const Context& context) {
   ReducedCloud cloud;
   cloud.lattice = frame.lattice;
@@ -76,7 +76,6 @@ ReducedCloud first_cloud(const LocalFrame& frame, BinTotals& totals, const Param
       if (cloud.counts[row] < params.min_points_per_bin) cloud.drop[row] = Drop::TooFewPoints;
     }
   });
-  cloud.index = BinIndex::over(cloud.bins);
   return cloud;
 }
 
@@ -119,24 +118,38 @@ void project(ReducedCloud& cloud, const Frames& frames, const Context& context) 
   });
 }
 
-void drop_points(ReducedCloud& cloud, const Params& params, const Context& context) {
+double centre_distance2(const ReducedCloud& cloud, std::size_t row) {
+  return norm2(cloud.measured[row] - centre_of(cloud.lattice, cloud.key(row)));
+}
+
+/// By the rules that look at no other point.
+void drop_alone(ReducedCloud& cloud, const Params& params, const Context& context) {
   const double h = cloud.lattice.edge_mm;
-  std::vector<double> order(cloud.size());
   for_each_range(context, cloud.size(), kGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t row = begin; row < end; ++row) {
-      const double to_centre = norm2(cloud.measured[row] - centre_of(cloud.lattice, cloud.key(row)));
-      order[row] = params.representative == Representative::Centre ? to_centre : cloud.plane_distance[row];
       if (cloud.drop[row] != Drop::Kept) continue;
       if (!cloud.frame_valid[row])
         cloud.drop[row] = Drop::Isolated;
       else if (params.max_centre_distance &&
-               to_centre > (*params.max_centre_distance * h) * (*params.max_centre_distance * h))
+               centre_distance2(cloud, row) > (*params.max_centre_distance * h) * (*params.max_centre_distance * h))
         cloud.drop[row] = Drop::CentreDistance;
     }
   });
-  if (params.min_neighbour_distance && *params.min_neighbour_distance > 0)
-    thin(cloud, order, *params.min_neighbour_distance, params.neighbour_positions == NeighbourPositions::Projected,
-         context);
+}
+
+/// `seen` and what is returned: as thin().
+std::vector<std::uint8_t> drop_near(ReducedCloud& cloud, const std::vector<std::uint8_t>& seen, const Params& params,
+                                    const Context& context) {
+  if (!params.min_neighbour_distance || !(*params.min_neighbour_distance > 0))
+    return std::vector<std::uint8_t>(seen.size(), 0);
+  std::vector<double> order(cloud.size());
+  for_each_range(context, cloud.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t row = begin; row < end; ++row)
+      order[row] =
+          params.representative == Representative::Centre ? centre_distance2(cloud, row) : cloud.plane_distance[row];
+  });
+  const bool on_projected = params.neighbour_positions == NeighbourPositions::Projected;
+  return thin(cloud, order, *params.min_neighbour_distance, on_projected, seen, context);
 }
 
 void count_drops(const ReducedCloud& cloud, Report& report) {
@@ -160,9 +173,7 @@ void count_drops(const ReducedCloud& cloud, Report& report) {
     }
 }
 
-/// Everything behind the passes over the points.
-Result<Reduction> conclude(ReducedCloud cloud, Frames frames, const ReadCounts& counts, const Levels& levels,
-                           const Params& params, const Context& context) {
+void take_frames(ReducedCloud& cloud, Frames& frames, const Params& params, const Context& context) {
   project(cloud, frames, context);
   cloud.normal = std::move(frames.normal);
   cloud.residual = std::move(frames.residual);
@@ -170,8 +181,11 @@ Result<Reduction> conclude(ReducedCloud cloud, Frames frames, const ReadCounts& 
   cloud.plane_distance = std::move(frames.plane_distance);
   cloud.frame_valid = std::move(frames.valid);
   cloud.sign_known = std::move(frames.sign_known);
-  drop_points(cloud, params, context);
-  if (context.cancel.is_set()) return fail(Code::Cancelled, "stopped on request");
+  drop_alone(cloud, params, context);
+}
+
+Result<Reduction> with_report(ReducedCloud cloud, const ReadCounts& counts, const Levels& levels,
+                              double median_residual) {
   Reduction out{std::move(cloud), {}};
   Report& report = out.report;
   report.points_read = counts.points_read;
@@ -181,7 +195,7 @@ Result<Reduction> conclude(ReducedCloud cloud, Frames frames, const ReadCounts& 
   report.bounds = counts.bounds;
   report.noise = levels.noise;
   report.frame_radius = levels.frame_radius;
-  report.median_residual = frames.median_residual;
+  report.median_residual = median_residual;
   report.bin_mm = out.cloud.lattice.edge_mm;
   count_drops(out.cloud, report);
   TRY(check_numbers(report.bins, report.kept, report.bin_mm));
@@ -194,12 +208,18 @@ Result<Reduction> reduce_on(const PointSource& points, const Lattice& lattice, V
   ReadCounts counts;
   TRY_ASSIGN(BinTotals totals, bin_points(points, frame, counts, context));
   ReducedCloud cloud = first_cloud(frame, totals, params, context);
+  cloud.index = BinIndex::over(cloud.bins);
   const Levels levels = levels_of(cloud, totals.cells, context);
   Frames frames = frames_of(cloud, totals.cells, levels.frame_radius, context);
   totals.cells = {};
   if (params.representative == Representative::Surface)
     TRY(pick_representatives(points, frame, frames, params, cloud, context));
-  TRY_ASSIGN(Reduction out, conclude(std::move(cloud), std::move(frames), counts, levels, params, context));
+  const double median_residual = frames.median_residual;
+  take_frames(cloud, frames, params, context);
+  frames = {};
+  drop_near(cloud, {}, params, context);
+  if (context.cancel.is_set()) return fail(Code::Cancelled, "stopped on request");
+  TRY_ASSIGN(Reduction out, with_report(std::move(cloud), counts, levels, median_residual));
   out.report.index_bytes = totals.index_bytes;
   out.report.record_bytes = totals.cell_bytes;
   return out;
@@ -277,12 +297,21 @@ std::vector<Target> targets_of(const LocalFrame& frame, std::span<const LocalBin
   return targets;
 }
 
-Result<Reduction> join_parts(const LocalFrame& frame, BinTotals totals, Frames frames, const ReadCounts& counts,
-                             const Levels& levels, const Params& params, const Context& context) {
-  frames.median_residual = median_residual_of(frames);
-  ReducedCloud cloud = first_cloud(frame, totals, params, context);
-  totals.cells = {};
-  return conclude(std::move(cloud), std::move(frames), counts, levels, params, context);
+ReducedCloud points_of_parts(const LocalFrame& frame, BinTotals totals, Frames frames, const Params& params,
+                             const Context& context) {
+  ReducedCloud part = first_cloud(frame, totals, params, context);
+  take_frames(part, frames, params, context);
+  return part;
+}
+
+std::vector<std::uint8_t> thin_part(ReducedCloud& part, const std::vector<std::uint8_t>& seen, const Params& params,
+                                    const Context& context) {
+  return drop_near(part, seen, params, context);
+}
+
+Result<Reduction> join_parts(ReducedCloud cloud, const ReadCounts& counts, const Levels& levels,
+                             double median_residual) {
+  return with_report(std::move(cloud), counts, levels, median_residual);
 }
 
 Result<Reduction> reduce_cloud(const PointSource& points, const LatticeParams& params, const Params& reduce,

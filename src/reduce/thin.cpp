@@ -25,13 +25,18 @@ struct Scratch {
 
 using Rows = std::vector<std::uint32_t>;
 
+/// What is known of a row: in a part of a cloud, what lies beyond it may leave a row open.
+enum State : std::uint8_t { kDropped, kKept, kOpen };
+using States = std::vector<std::uint8_t>;
+
 struct Thinning {
-  ReducedCloud& cloud;
+  const ReducedCloud& cloud;
   const std::vector<double>& order;
   const std::vector<Vec3>& position;
   double limit2;
   const Context& context;
-  std::vector<std::uint8_t> wide = {};  // per row; none: all are
+  const std::vector<std::uint8_t>& seen;  // per row: all around it is there; none: around all of them
+  std::vector<std::uint8_t> wide = {};    // per row; none: all are
 
   bool is_before(std::size_t a, std::size_t b) const { return order[a] != order[b] ? order[a] < order[b] : a < b; }
   bool on_two_sides(std::size_t a, std::size_t b) const {
@@ -44,19 +49,21 @@ struct Thinning {
            (cloud.sign_known[a] && cloud.sign_known[b] ? cosine : std::abs(cosine)) >= kOneFace;
   }
   double distance2(std::size_t a, std::size_t b) const { return norm2(position[a] - position[b]); }
+  bool is_seen(std::size_t row) const { return seen.empty() || seen[row] != 0; }
 
   /// Fills `wide`. Points nearer than c2 whose positions have not left the measured points by more than half of what c2
   /// leaves of a bin edge lie in bins that touch; only around points that have does one look farther.
   void find_wide();
-  /// The greedy set among the marked rows, which are `rows` in order: 1 where a row is in it. `close`, where there is
-  /// one: 1 for rows found to lie nearer to a kept one than half c2, as is seen in passing; 0 tells nothing.
-  std::vector<std::uint8_t> greedy(const std::vector<std::uint8_t>& marked, const Rows& rows,
-                                   std::vector<std::uint8_t>* close) const;
-  /// Those of the dropped rows that lie beside a void, in order.
-  Rows beside_voids(const std::vector<std::uint8_t>& marked, const std::vector<std::uint8_t>& kept,
-                    const std::vector<std::uint8_t>& close) const;
-  bool is_beside_void(std::size_t row, const std::vector<std::uint8_t>& marked, const std::vector<std::uint8_t>& kept,
-                      BinIndex::Reader& reader, Scratch& near) const;
+  /// The greedy set among the marked rows, which are `rows` in order. Rows marked kOpen may be among them or not.
+  /// `close`, where there is one: 1 for rows found to lie nearer to a kept one than half c2, as is seen in passing; 0
+  /// tells nothing.
+  States greedy(const States& marked, const Rows& rows, std::vector<std::uint8_t>* close) const;
+  /// kKept for the dropped rows that lie beside a void.
+  States beside_voids(const States& marked, const States& kept, const std::vector<std::uint8_t>& close) const;
+  /// Rows whose surroundings are not known: those at the rim of the part, and those near an open one. None: all are.
+  std::vector<std::uint8_t> unsure(const States& kept) const;
+  bool is_beside_void(std::size_t row, const States& marked, const States& kept, BinIndex::Reader& reader,
+                      Scratch& near) const;
 };
 
 void Thinning::find_wide() {
@@ -76,8 +83,7 @@ void Thinning::find_wide() {
   }
 }
 
-std::vector<std::uint8_t> Thinning::greedy(const std::vector<std::uint8_t>& marked, const Rows& rows,
-                                           std::vector<std::uint8_t>* close) const {
+States Thinning::greedy(const States& marked, const Rows& rows, std::vector<std::uint8_t>* close) const {
   const double close2 = kLeastStep * kLeastStep * limit2;
   const std::size_t n = rows.size();
   // Better neighbours within reach, as ranges of one array per piece.
@@ -100,12 +106,12 @@ std::vector<std::uint8_t> Thinning::greedy(const std::vector<std::uint8_t>& mark
       count[i] = static_cast<std::uint32_t>(rivals[piece].size()) - first[i];
     }
   });
-  enum : std::uint8_t { kDropped, kKept, kOpen };
-  std::vector<std::uint8_t> state(cloud.size(), kDropped), next(n);
-  Rows open;  // places in `rows`
+  States state(marked), next(n);
+  Rows open;  // places in `rows` that can be decided
   for (std::size_t i = 0; i < n; ++i) {
-    state[rows[i]] = count[i] == 0 ? kKept : kOpen;
-    if (count[i] != 0) open.push_back(static_cast<std::uint32_t>(i));
+    const bool sure = is_seen(rows[i]);
+    state[rows[i]] = sure && count[i] == 0 ? kKept : kOpen;
+    if (sure && count[i] != 0) open.push_back(static_cast<std::uint32_t>(i));
   }
   while (!open.empty() && !context.cancel.is_set()) {
     for_each_range(context, open.size(), kGrain, [&](std::size_t begin, std::size_t end) {
@@ -127,13 +133,14 @@ std::vector<std::uint8_t> Thinning::greedy(const std::vector<std::uint8_t>& mark
       state[rows[i]] = next[i];
       if (next[i] == kOpen) open[left++] = i;
     }
+    if (left == open.size()) break;  // all wait for what is not known
     open.resize(left);
   }
   return state;
 }
 
-bool Thinning::is_beside_void(std::size_t row, const std::vector<std::uint8_t>& marked,
-                              const std::vector<std::uint8_t>& kept, BinIndex::Reader& reader, Scratch& near) const {
+bool Thinning::is_beside_void(std::size_t row, const States& marked, const States& kept, BinIndex::Reader& reader,
+                              Scratch& near) const {
   const double h = cloud.lattice.edge_mm, radius = kVoid * h, radius2 = radius * radius;
   const double least2 = kLeastStep * kLeastStep * limit2, farthest2 = kFarthestPair * kFarthestPair * h * h;
   // Some kept point lies within c2 of this one, so that balls about nearer pairs hold it.
@@ -180,46 +187,68 @@ bool Thinning::is_beside_void(std::size_t row, const std::vector<std::uint8_t>& 
   return false;
 }
 
-Rows Thinning::beside_voids(const std::vector<std::uint8_t>& marked, const std::vector<std::uint8_t>& kept,
-                            const std::vector<std::uint8_t>& close) const {
-  std::vector<Rows> found((cloud.size() + kGrain - 1) / kGrain);
-  for_each_piece(context, cloud.size(), kGrain, [&](std::size_t begin, std::size_t end, std::size_t piece, int) {
+std::vector<std::uint8_t> Thinning::unsure(const States& kept) const {
+  if (seen.empty()) return {};
+  std::vector<std::uint8_t> is_unsure(cloud.size());
+  BinIndex::Reader reader(cloud.index);
+  std::vector<std::int32_t> around;
+  for (std::size_t row = 0; row < cloud.size(); ++row) {
+    is_unsure[row] |= seen[row] == 0;
+    if (kept[row] != kOpen) continue;
+    around.clear();
+    reader.window(cloud.bins[row], kThinReach, around);
+    for (const std::int32_t near : around) is_unsure[static_cast<std::size_t>(near)] = 1;
+  }
+  return is_unsure;
+}
+
+States Thinning::beside_voids(const States& marked, const States& kept, const std::vector<std::uint8_t>& close) const {
+  const std::vector<std::uint8_t> is_unsure = unsure(kept);
+  States beside(cloud.size(), kDropped);
+  for_each_range(context, cloud.size(), kGrain, [&](std::size_t begin, std::size_t end) {
     BinIndex::Reader reader(cloud.index);
     Scratch near;
-    for (std::size_t row = begin; row < end; ++row)
-      if (marked[row] && !kept[row] && !close[row] && cloud.residual[row] <= kFlat &&
-          is_beside_void(row, marked, kept, reader, near))
-        found[piece].push_back(static_cast<std::uint32_t>(row));
+    for (std::size_t row = begin; row < end; ++row) {
+      if (!marked[row] || kept[row] == kKept || close[row] || cloud.residual[row] > kFlat) continue;
+      if (!is_unsure.empty() && is_unsure[row])
+        beside[row] = kOpen;
+      else if (is_beside_void(row, marked, kept, reader, near))
+        beside[row] = kKept;
+    }
   });
-  Rows all;
-  for (const Rows& rows : found) all.insert(all.end(), rows.begin(), rows.end());
-  return all;
+  return beside;
+}
+
+Rows rows_of(const States& states, State state) {
+  Rows rows;
+  for (std::size_t row = 0; row < states.size(); ++row)
+    if (states[row] == state) rows.push_back(static_cast<std::uint32_t>(row));
+  return rows;
 }
 
 }  // namespace
 
-void thin(ReducedCloud& cloud, const std::vector<double>& order, double distance_bins, bool on_projected,
-          const Context& context) {
+std::vector<std::uint8_t> thin(ReducedCloud& cloud, const std::vector<double>& order, double distance_bins,
+                               bool on_projected, const std::vector<std::uint8_t>& seen, const Context& context) {
   const double limit = distance_bins * cloud.lattice.edge_mm;
-  Thinning thinning{cloud, order, on_projected ? cloud.projected : cloud.measured, limit * limit, context};
+  Thinning thinning{cloud, order, on_projected ? cloud.projected : cloud.measured, limit * limit, context, seen};
   thinning.find_wide();
-  std::vector<std::uint8_t> marked(cloud.size());
-  Rows rows;
-  for (std::size_t row = 0; row < cloud.size(); ++row) {
-    marked[row] = cloud.drop[row] == Drop::Kept;
-    if (marked[row]) rows.push_back(static_cast<std::uint32_t>(row));
-  }
+  States marked(cloud.size());
+  for (std::size_t row = 0; row < cloud.size(); ++row) marked[row] = cloud.drop[row] == Drop::Kept ? kKept : kDropped;
   std::vector<std::uint8_t> close(on_projected ? cloud.size() : 0, 0);
-  std::vector<std::uint8_t> kept = thinning.greedy(marked, rows, on_projected ? &close : nullptr);
+  States kept = thinning.greedy(marked, rows_of(marked, kKept), on_projected ? &close : nullptr);
   if (on_projected) {
-    const Rows beside = thinning.beside_voids(marked, kept, close);
-    std::vector<std::uint8_t> is_beside(cloud.size(), 0);
-    for (const std::uint32_t row : beside) is_beside[row] = 1;
-    const std::vector<std::uint8_t> back = thinning.greedy(is_beside, beside, nullptr);
-    for (const std::uint32_t row : beside) kept[row] |= back[row];
+    const States beside = thinning.beside_voids(marked, kept, close);
+    const States back = thinning.greedy(beside, rows_of(beside, kKept), nullptr);
+    for (std::size_t row = 0; row < cloud.size(); ++row)
+      if (kept[row] == kDropped) kept[row] = back[row];
   }
-  for (std::size_t row = 0; row < cloud.size(); ++row)
-    if (marked[row] && !kept[row]) cloud.drop[row] = Drop::NeighbourDistance;
+  std::vector<std::uint8_t> open(seen.empty() ? 0 : cloud.size(), 0);
+  for (std::size_t row = 0; row < cloud.size(); ++row) {
+    if (marked[row] && kept[row] == kDropped) cloud.drop[row] = Drop::NeighbourDistance;
+    if (kept[row] == kOpen) open[row] = 1;
+  }
+  return open;
 }
 
 }  // namespace scanmill::reduce

@@ -141,7 +141,7 @@ void Scheduler::put_on_list(std::size_t scan) {
   const CutParts parts = p_.journal ? p_.maker.parts_of(p_.selection.scans[scan]) : CutParts{};
   if (parts.waves.empty()) return list_.add(item);
   tell_of_cut(scan, parts);
-  cut_[scan] = {parts.waves, parts.whole_from, 0, 0, item.bytes, {}, {}, false};
+  cut_[scan] = {parts.waves, parts.whole, 0, 0, item.bytes, {}, {}, false};
   put_next_wave(scan);
 }
 

@@ -78,7 +78,7 @@ class Scheduler {
   /// A scan whose parts are made first.
   struct CutState {
     std::vector<std::vector<std::string>> waves;
-    std::size_t whole_from = 0;
+    std::vector<std::uint8_t> whole;
     std::size_t next = 0;     // wave
     std::size_t left = 0;     // parts of the wave before
     std::uint64_t bytes = 0;  // of the scan

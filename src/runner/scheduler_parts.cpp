@@ -33,7 +33,7 @@ void Scheduler::put_next_wave(std::size_t scan) {
     cut_.erase(scan);
     return list_.add(item);
   }
-  if (cut.next >= cut.whole_from) item.memory = std::max(item.memory, memory_guess(cut.bytes));
+  if (cut.whole[cut.next]) item.memory = std::max(item.memory, memory_guess(cut.bytes));
   const std::vector<std::string>& wave = cut.waves[cut.next++];
   cut.left = wave.size();
   item.bytes = std::max<std::uint64_t>(1, cut.bytes / wave.size());

@@ -82,7 +82,7 @@ inline constexpr std::uint64_t kCutFrom = 4ull << 30;
 /// The parts of one scan: names by waves, each of which needs all before it, and where they are kept.
 struct CutParts {
   std::vector<std::vector<std::string>> waves;  // empty: the scan is made in one piece
-  std::size_t whole_from = 0;                   // parts of the waves from here on want as much memory as the scan
+  std::vector<std::uint8_t> whole;              // per wave: its parts want as much memory as the scan
   std::string folder;
 };
 

@@ -131,8 +131,8 @@ class StarBuilder {
 
 }  // namespace
 
-std::vector<Star> stars_of(const SurfacePoints& points, const Params& params, RefusalCounts& refused,
-                           const Context& context) {
+std::vector<Star> stars_of(const SurfacePoints& points, std::span<const Role> roles, const Params& params,
+                           RefusalCounts& refused, const Context& context) {
   const std::size_t n = points.bins.size();
   std::vector<Star> stars(n);
   std::vector<std::uint64_t> refused_by_piece((n + kGrain - 1) / kGrain, 0);
@@ -142,9 +142,13 @@ std::vector<Star> stars_of(const SurfacePoints& points, const Params& params, Re
   });
   for_each_piece(context, n, kGrain, [&](std::size_t begin, std::size_t end, std::size_t piece, int) {
     StarBuilder builder(points, weights, params);
-    for (std::size_t row = begin; row < end; ++row)
-      if (points.kept[row]) builder.build(row, stars[row]);
-    refused_by_piece[piece] = builder.refused_range;
+    for (std::size_t row = begin; row < end; ++row) {
+      const Role role = roles.empty() ? Role::Own : roles[row];
+      if (!points.kept[row] || role == Role::Around) continue;
+      const std::uint64_t before = builder.refused_range;
+      builder.build(row, stars[row]);
+      if (role == Role::Own) refused_by_piece[piece] += builder.refused_range - before;
+    }
   });
   for (const std::uint64_t count : refused_by_piece) refused.range += count;
   return stars;

@@ -5,7 +5,7 @@
 #include <bit>
 #include <vector>
 
-#include "stars/stars.hpp"
+#include "stars/parts.hpp"
 
 namespace scanmill::stars {
 
@@ -31,9 +31,9 @@ struct Star {
   }
 };
 
-/// Stars of all kept rows (empty for the others). Adds to `refused.range` the star edges that only g1 on measured
-/// coordinates turned into gaps.
-std::vector<Star> stars_of(const SurfacePoints& points, const Params& params, RefusalCounts& refused,
-                           const Context& context);
+/// Stars of all kept rows (empty for the others), or of those whose `role` (stars/parts.hpp) asks for one. Adds to
+/// `refused.range` the star edges, of a part's own rows, that only g1 on measured coordinates turned into gaps.
+std::vector<Star> stars_of(const SurfacePoints& points, std::span<const Role> roles, const Params& params,
+                           RefusalCounts& refused, const Context& context);
 
 }  // namespace scanmill::stars

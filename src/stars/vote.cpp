@@ -51,22 +51,12 @@ class Sides {
   std::vector<std::uint8_t> turned_;
 };
 
-/// A triangle all three stars hold; `a_opposite`: the star of corner 1 turns the other way round than that of corner 0.
-struct Agreed {
-  Triangle corners;
-  bool a_opposite, b_opposite;
-  std::uint8_t rank;  // of flatness, 0 best
-};
+bool is_own(std::span<const Role> roles, std::size_t row) { return roles.empty() || roles[row] == Role::Own; }
 
-struct Piece {
-  std::vector<Agreed> agreed;
-  std::vector<Candidate> candidates;
-  std::uint64_t refused_angle = 0;
-};
-
-void scan_stars(const SurfacePoints& points, const std::vector<Star>& stars, double cos_min_angle, std::size_t begin,
-                std::size_t end, Piece& piece) {
+void scan_stars(const SurfacePoints& points, const std::vector<Star>& stars, std::span<const Role> roles,
+                double cos_min_angle, std::size_t begin, std::size_t end, Ballot& ballot) {
   for (std::size_t row = begin; row < end; ++row) {
+    if (!is_own(roles, row)) continue;
     const Star& star = stars[row];
     const auto i = static_cast<std::uint32_t>(row);
     for (int k = 0; k < star.size; ++k) {
@@ -81,39 +71,40 @@ void scan_stars(const SurfacePoints& points, const std::vector<Star>& stars, dou
       const int in_a = a < b ? in_lesser : in_greater, in_b = a < b ? in_greater : in_lesser;
       auto radius = [&] { return circumradius(points.projected[i], points.projected[a], points.projected[b]); };
       if (in_a == 0 || in_b == 0) {
-        piece.candidates.push_back({{i, a, b}, 1 + (in_a != 0) + (in_b != 0), radius()});
+        ballot.candidates.push_back({{i, a, b}, 1 + (in_a != 0) + (in_b != 0), radius()});
         continue;
       }
       if (!angles_at_least(points.measured[i], points.measured[a], points.measured[b], cos_min_angle)) {
-        ++piece.refused_angle;
-        piece.candidates.push_back({{i, a, b}, 3, radius()});
+        ++ballot.refused.angle;
+        ballot.candidates.push_back({{i, a, b}, 3, radius()});
         continue;
       }
       const Vec3 n = points.normal[i], na = points.normal[a], nb = points.normal[b];
       const double flat = std::min({std::abs(dot(n, na)), std::abs(dot(na, nb)), std::abs(dot(n, nb))});
       std::uint8_t rank = 0;
       while (rank < 4 && flat <= kFlatness[rank]) ++rank;
-      piece.agreed.push_back({{i, a, b}, in_a < 0, in_b < 0, rank});
+      ballot.agreed.push_back({{i, a, b}, in_a < 0, in_b < 0, rank});
     }
   }
 }
 
-/// Joins what the triangles left apart, through star neighbours, by the largest summed agreement.
-void join_components(const SurfacePoints& points, const std::vector<Star>& stars, Sides& sides) {
-  struct Link {
-    std::uint32_t a, b;
-    std::int64_t score;  // sum of n.n' in 2^-20: exact, so the order of adding does not matter
-  };
-  std::vector<Link> links;
-  for (std::uint32_t i = 0; i < stars.size(); ++i)
-    for (int k = 0; k < stars[i].size; ++k) {
-      const std::uint32_t q = stars[i].vertex[static_cast<std::size_t>(k)];
-      const auto p = sides.root(i), r = sides.root(q);
-      if (p.row == r.row) continue;
-      const double agreement = dot(points.normal[i], points.normal[q]) * (p.turned != r.turned ? -1 : 1);
-      const auto score = static_cast<std::int64_t>(agreement * 0x1p20);
-      links.push_back({std::min(p.row, r.row), std::max(p.row, r.row), score});
-    }
+/// visit(i, q) for all star neighbours of own rows.
+template <class Visit>
+void for_each_neighbour(const std::vector<Star>& stars, std::span<const Role> roles, Visit visit) {
+  for (std::uint32_t i = 0; i < stars.size(); ++i) {
+    if (!is_own(roles, i)) continue;
+    for (int k = 0; k < stars[i].size; ++k) visit(i, stars[i].vertex[static_cast<std::size_t>(k)]);
+  }
+}
+
+struct ComponentLink {
+  std::uint32_t a, b;
+  std::int64_t score;  // sum of n.n' in 2^-20: exact, so the order of adding does not matter
+};
+
+/// Joins what the triangles left apart by the largest summed agreement.
+void join_components(std::vector<ComponentLink> links, Sides& sides) {
+  using Link = ComponentLink;
   auto same_pair = [](const Link& x, const Link& y) { return x.a == y.a && x.b == y.b; };
   std::sort(links.begin(), links.end(),
             [](const Link& x, const Link& y) { return x.a != y.a ? x.a < y.a : x.b < y.b; });
@@ -178,32 +169,61 @@ double circumradius(Vec3 a, Vec3 b, Vec3 c) {
   return area2 > 0 ? norm(u) * norm(v) * norm(c - b) / (2 * area2) : 1e30;
 }
 
-Vote count_votes(const SurfacePoints& points, const std::vector<Star>& stars, double cos_min_angle,
-                 RefusalCounts& refused, const Context& context) {
+std::vector<Ballot> ballots_of(const SurfacePoints& points, const std::vector<Star>& stars, std::span<const Role> roles,
+                               double cos_min_angle, const Context& context) {
   const std::size_t n = points.bins.size();
-  std::vector<Piece> pieces((n + kGrain - 1) / kGrain);
+  std::vector<Ballot> ballots((n + kGrain - 1) / kGrain);
   for_each_piece(context, n, kGrain, [&](std::size_t begin, std::size_t end, std::size_t piece, int) {
-    scan_stars(points, stars, cos_min_angle, begin, end, pieces[piece]);
+    scan_stars(points, stars, roles, cos_min_angle, begin, end, ballots[piece]);
   });
+  return ballots;
+}
+
+std::vector<std::array<std::uint32_t, 2>> links_of(const std::vector<Star>& stars, std::span<const Role> roles,
+                                                   const std::vector<Ballot>& ballots) {
+  Sides sides(stars.size());
+  for (const Ballot& ballot : ballots)
+    for (const Agreed& t : ballot.agreed) {
+      sides.join(t.corners[0], t.corners[1], false);
+      sides.join(t.corners[0], t.corners[2], false);
+    }
+  std::vector<std::array<std::uint32_t, 2>> links;
+  for_each_neighbour(stars, roles, [&](std::uint32_t i, std::uint32_t q) {
+    if (sides.root(i).row != sides.root(q).row) links.push_back({i, q});
+  });
+  return links;
+}
+
+Vote count_votes(const SurfacePoints& points, const std::vector<Ballot>& ballots, const std::vector<Star>* stars) {
+  const std::size_t n = points.bins.size();
   Vote vote;
   Sides sides(n);
   std::vector<Triangle> unoriented;
   for (std::uint8_t rank = 0; rank < 5; ++rank)
-    for (const Piece& piece : pieces)
-      for (const Agreed& t : piece.agreed) {
+    for (const Ballot& ballot : ballots)
+      for (const Agreed& t : ballot.agreed) {
         if (t.rank != rank) continue;
         const auto [i, a, b] = t.corners;
-        if (sides.join(i, a, t.a_opposite) && sides.join(i, b, t.b_opposite))
+        if (sides.join(i, a, t.a_opposite != 0) && sides.join(i, b, t.b_opposite != 0))
           unoriented.push_back(t.corners);
         else
           vote.candidates.push_back(
               {t.corners, 3, circumradius(points.projected[i], points.projected[a], points.projected[b])});
       }
-  for (const Piece& piece : pieces) {
-    vote.candidates.insert(vote.candidates.end(), piece.candidates.begin(), piece.candidates.end());
-    refused.angle += piece.refused_angle;
-  }
-  join_components(points, stars, sides);
+  for (const Ballot& ballot : ballots)
+    vote.candidates.insert(vote.candidates.end(), ballot.candidates.begin(), ballot.candidates.end());
+  std::vector<ComponentLink> links;
+  const auto add_link = [&](std::uint32_t i, std::uint32_t q) {
+    const auto p = sides.root(i), r = sides.root(q);
+    if (p.row == r.row) return;
+    const double agreement = dot(points.normal[i], points.normal[q]) * (p.turned != r.turned ? -1 : 1);
+    const auto score = static_cast<std::int64_t>(agreement * 0x1p20);
+    links.push_back({std::min(p.row, r.row), std::max(p.row, r.row), score});
+  };
+  if (stars) for_each_neighbour(*stars, {}, add_link);
+  for (const Ballot& ballot : ballots)
+    for (const auto& [i, q] : ballot.links) add_link(i, q);
+  join_components(std::move(links), sides);
   const std::vector<std::uint8_t> turn = turns(points, sides, vote.sign_known);
   vote.normal.assign(points.normal.begin(), points.normal.end());
   for (std::size_t row = 0; row < n; ++row)

@@ -7,13 +7,6 @@
 
 namespace scanmill::stars {
 
-/// A triangle with the number of stars that hold it; corners ordered along the signs found.
-struct Candidate {
-  Triangle corners;
-  int votes = 0;
-  double radius = 0;  // circumradius on projected positions, mm
-};
-
 struct Vote {
   std::vector<Triangle> confirmed;    // oriented; ascending
   std::vector<Candidate> candidates;  // oriented; in the order in which completion tries them
@@ -21,11 +14,18 @@ struct Vote {
   std::vector<std::uint8_t> sign_known;
 };
 
-/// Confirmed triangles have all three votes and no angle below g2 (those become candidates and are counted). Signs
-/// spread over confirmed triangles, flattest links first, so that one bad triangle at a crease cannot turn a whole
-/// face; then over star neighbours between components; last by the majority of known view directions.
-Vote count_votes(const SurfacePoints& points, const std::vector<Star>& stars, double cos_min_angle,
-                 RefusalCounts& refused, const Context& context);
+/// What the stars of own rows say, as one ballot or several in the order of rows, without links. Triangles that all
+/// three hold, but with an angle below g2, are candidates, and are counted.
+std::vector<Ballot> ballots_of(const SurfacePoints& points, const std::vector<Star>& stars, std::span<const Role> roles,
+                               double cos_min_angle, const Context& context);
+/// The links that one ballot over all of `stars` leaves; those of a part's own rows.
+std::vector<std::array<std::uint32_t, 2>> links_of(const std::vector<Star>& stars, std::span<const Role> roles,
+                                                   const std::vector<Ballot>& ballots);
+
+/// Signs spread over agreed triangles, flattest links first, so that one bad triangle at a crease cannot turn a whole
+/// face; then over star neighbours between components; last by the majority of known view directions. `stars`: whose
+/// neighbours are the links; without them the ballots' own are.
+Vote count_votes(const SurfacePoints& points, const std::vector<Ballot>& ballots, const std::vector<Star>* stars);
 
 /// Circumradius; 1e30 for triangles without area.
 double circumradius(Vec3 a, Vec3 b, Vec3 c);

@@ -104,7 +104,7 @@ def kills_cost_the_parts_in_flight(work):
     cut = ["--set", "brick.edge_bins=8", "--set", "brick.pieces=9", "--set", "brick.batches=16", "--threads", "2"]
     out = f"{work}/cut"
     there = {}
-    for wanted in [1, 4, 9, 12, 18, 24, 28, 33, 36, 40]:  # files of parts after which everything is killed
+    for wanted in [1, 4, 9, 12, 18, 24, 28, 33, 36, 40, 52, 53, 60, 69, 70, 71, 75]:  # files of parts after which everything is killed
         running = subprocess.Popen([SCANMILL, "run", f"{work}/job.yaml", "--out", out, "--progress", "none", *cut],
                                    stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True)
         while running.poll() is None and len(parts_in(f"{out}/work/parts/part")) < wanted:
@@ -138,7 +138,7 @@ def two_workers_share_the_tasks(work):
     path = glob.glob(f"{out}/work/*/tasks.json")[0]
     with open(path) as file:
         tasks = json.load(file)["tasks"]
-    assert len(tasks) == 1 + 6 + 1 + 64 + 6 + 1 + 6 + 1, len(tasks)
+    assert len(tasks) == 1 + 6 + 1 + 64 + 6 + 1 + 64 + 1 + 64 + 1 + 1 + 6 + 1, len(tasks)
 
     def begin(index):
         return subprocess.Popen([SCANMILL, "task", path, str(index), "--threads", "1", "--quiet"],

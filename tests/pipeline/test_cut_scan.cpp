@@ -5,7 +5,8 @@
 #include <fstream>
 
 #include "base/digest.hpp"
-#include "pipeline/cut_scan.hpp"
+#include "pipeline/cut_reduction.hpp"
+#include "pipeline/part_rows.hpp"
 #include "support/temp_folder.hpp"
 
 namespace scanmill::pipeline {
@@ -75,7 +76,7 @@ TEST_P(CutReductions, GiveTheReducedPointsOfTheWhole) {
       ASSERT_TRUE(made.ok()) << name_of(task) << ": " << made.error().text();
     }
   }
-  const auto joined = cut.join(context);
+  const auto joined = join_reduction({folder.path(), std::string(64, 'a'), c.pieces, c.batches, c.brick_bins});
   ASSERT_TRUE(joined.ok()) << joined.error().text();
   const reduce::ReducedCloud &a = whole->cloud, &b = joined->cloud;
   EXPECT_EQ(a.bins, b.bins);
@@ -106,6 +107,59 @@ INSTANTIATE_TEST_SUITE_P(Cuts, CutReductions,
                          testing::Values(Case{8, 5, 7, false, false}, Case{32, 3, 4, false, true},
                                          Case{64, 24, 64, false, false}, Case{256, 1, 1, false, false},
                                          Case{32, 40, 3, true, false}, Case{1024, 2, 5, true, false}));
+
+/// A plate of points in lines, each a little nearer to its bin's centre than the one before and within c2 of it:
+/// whether one stays hangs on the next, and so on to the end of the line.
+class Plate final : public PointSource {
+ public:
+  std::size_t block_count() const override { return kLines; }
+  std::uint64_t expected_points() const override { return kLines * kPoints; }
+  Result<void> read_block(std::size_t line, PointBlock& out) const override {
+    out.clear();
+    out.view = ViewId{0};
+    for (std::size_t n = 0; n < kPoints; ++n) {
+      const double x = 0.9 + 0.999 * static_cast<double>(n), y = 0.1 + 1.2 * static_cast<double>(line);
+      out.positions.push_back({kEdge * x, kEdge * y, kEdge * 0.5});
+      out.rows.push_back(line * kPoints + n);
+    }
+    out.points_read = kPoints;
+    return {};
+  }
+
+ private:
+  static constexpr std::size_t kLines = 60, kPoints = 160;
+};
+
+TEST(CutPlate, IsThinnedAsAWholeWhereBricksCannotTell) {
+  const ChunkLoop loop(2);
+  const CancelFlag cancel;
+  const Context context{loop, cancel};
+  const support::TempFolder folder;
+  const Plate points;
+  reduce::LatticeParams lattice;
+  lattice.bin_mm = kEdge;
+  reduce::Params params;
+  params.representative = reduce::Representative::Centre;
+  params.min_neighbour_distance = 1;
+  const auto whole = reduce::reduce_cloud(points, lattice, params, context);
+  ASSERT_TRUE(whole.ok()) << whole.error().text();
+  const Cut cut{folder.path(), std::string(64, 'a'), 2, 3, 32};
+  const CutReduction reduction(points, lattice, params, cut);
+  for (const auto& wave : waves_of(cut, params.representative))
+    for (const PartTask& task : wave) ASSERT_TRUE(reduction.make(task, context).ok()) << name_of(task);
+  std::uint64_t open = 0;
+  for (std::uint32_t batch = 0; batch < cut.batches; ++batch) {
+    const auto file = open_part(cut, {PartStage::Thin, batch});
+    ASSERT_TRUE(file);
+    std::vector<ThinRow> rows(file->rows());
+    ASSERT_TRUE(file->read_rows(0, std::span(rows)).ok());
+    for (const ThinRow& row : rows) open += row.open;
+  }
+  EXPECT_GT(open, 0u) << "nothing to settle: the test shows nothing";
+  const auto joined = join_reduction(cut);
+  ASSERT_TRUE(joined.ok()) << joined.error().text();
+  EXPECT_EQ(whole->cloud.drop, joined->cloud.drop);
+}
 
 struct SmallCut : testing::Test {
   SmallCut() { lattice.bin_mm = kEdge; }

@@ -32,11 +32,18 @@ HandMade hexagon() {
                    {4.5 + 2 * x, 4.5, 0.5}});
 }
 
+Vote vote_of(const HandMade& made, const std::vector<Star>& stars, double min_angle_deg, RefusalCounts& refused,
+             const support::Workers& workers) {
+  const auto ballots = ballots_of(made.points(), stars, {}, cos_of_degrees(min_angle_deg), workers.context());
+  for (const Ballot& ballot : ballots) refused.angle += ballot.refused.angle;
+  return count_votes(made.points(), ballots, &stars);
+}
+
 TEST(Star, OfSixNeighboursHasThemAllInTurn) {
   const HandMade made = hexagon();
   const support::Workers workers;
   RefusalCounts refused;
-  const std::vector<Star> stars = stars_of(made.points(), {}, refused, workers.context());
+  const std::vector<Star> stars = stars_of(made.points(), {}, {}, refused, workers.context());
   const Star& star = stars[made.row_of[0]];
   ASSERT_EQ(star.size, 6);
   EXPECT_EQ(star.gaps, 0u);
@@ -54,7 +61,7 @@ TEST(Star, EndsWhereG1Ends) {
   const HandMade made = hexagon();
   const support::Workers workers;
   RefusalCounts refused;
-  const std::vector<Star> stars = stars_of(made.points(), {1.0, 5}, refused, workers.context());
+  const std::vector<Star> stars = stars_of(made.points(), {}, {1.0, 5}, refused, workers.context());
   EXPECT_EQ(stars[made.row_of[0]].size, 0);
 }
 
@@ -157,7 +164,7 @@ TEST(Vote, ConfirmsWhatAllThreeCornersHold) {
   hold(3, {0, 1, 2});  // disagrees: it wants the diagonal 1-3
   const support::Workers workers;
   RefusalCounts refused;
-  const Vote vote = count_votes(made.points(), stars, cos_of_degrees(5), refused, workers.context());
+  const Vote vote = vote_of(made, stars, 5, refused, workers);
   ASSERT_EQ(vote.confirmed.size(), 1u);
   Triangle wanted{row(0), row(1), row(2)}, got = vote.confirmed[0];
   std::sort(wanted.begin(), wanted.end());
@@ -173,10 +180,10 @@ TEST(Vote, TurnsATriangleBelowG2IntoACandidate) {
   const HandMade made = hexagon();
   const support::Workers workers;
   RefusalCounts refused;
-  const auto stars = stars_of(made.points(), {}, refused, workers.context());
-  EXPECT_EQ(count_votes(made.points(), stars, cos_of_degrees(5), refused, workers.context()).confirmed.size(), 6u);
+  const auto stars = stars_of(made.points(), {}, {}, refused, workers.context());
+  EXPECT_EQ(vote_of(made, stars, 5, refused, workers).confirmed.size(), 6u);
   EXPECT_EQ(refused.angle, 0u);
-  const Vote strict = count_votes(made.points(), stars, cos_of_degrees(60), refused, workers.context());
+  const Vote strict = vote_of(made, stars, 60, refused, workers);
   EXPECT_EQ(strict.confirmed.size(), 0u);
   EXPECT_EQ(strict.candidates.size(), 6u);
   EXPECT_EQ(refused.angle, 6u);
