@@ -31,8 +31,6 @@ void share_out(std::vector<Cell>& cells, std::uint64_t bins, const Cut& cut) {
 
 }  // namespace
 
-std::string link_name(std::uint32_t piece) { return "link " + std::to_string(piece); }
-
 Result<PartFile> need_link(const Cut& cut, std::uint32_t piece) {
   const std::string name = link_name(piece), path = path_of(cut, name);
   if (auto file = PartFile::open(path, kind_of(cut, name, sizeof(std::uint64_t)))) return *std::move(file);

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "pipeline/part_rows.hpp"
+#include "store/files.hpp"
 #include "verify/verify.hpp"
 
 namespace scanmill::pipeline {
@@ -33,6 +34,8 @@ std::string name_of(const PartTask& task) {
   const Kind& kind = kKinds[static_cast<std::size_t>(task.stage)];
   return kind.is_one ? kind.name : kind.name + (" " + std::to_string(task.number));
 }
+
+std::string link_name(std::uint32_t piece) { return "link " + std::to_string(piece); }
 
 PartKind kind_of(const Cut& cut, std::string name, std::size_t row_bytes) {
   return {cut.identity, std::move(name), row_bytes};
@@ -91,6 +94,44 @@ std::vector<std::vector<PartTask>> scan_waves(const Cut& cut, const What& what) 
 
 bool wants_whole(PartStage stage) { return stage == PartStage::Settle || stage >= PartStage::Mesh; }
 
-bool is_done(const Cut& cut, const PartTask& task) { return open_part(cut, task).has_value(); }
+namespace {
+
+/// The task after which a stage's parts have no reader.
+std::optional<PartTask> last_reader(PartStage stage) {
+  switch (stage) {
+    case PartStage::Map:
+    case PartStage::Frame:
+    case PartStage::Pick:
+      return PartTask{PartStage::Points, 0};
+    case PartStage::Thin:
+      return PartTask{PartStage::Settle, 0};
+    case PartStage::Stars:
+      return PartTask{PartStage::Mesh, 0};
+    case PartStage::Mesh:
+      return PartTask{PartStage::Swap, 0};
+    default:
+      return std::nullopt;
+  }
+}
+
+}  // namespace
+
+bool is_done(const Cut& cut, const PartTask& task) {
+  if (open_part(cut, task)) return true;
+  const auto reader = last_reader(task.stage);
+  return reader && is_done(cut, *reader);
+}
+
+void remove_read_parts(const Cut& cut, PartStage made) {
+  for (const PartStage stage :
+       {PartStage::Map, PartStage::Frame, PartStage::Pick, PartStage::Thin, PartStage::Stars, PartStage::Mesh}) {
+    if (last_reader(stage)->stage != made) continue;
+    const std::uint32_t count = kKinds[static_cast<std::size_t>(stage)].is_one ? 1 : std::max(cut.pieces, cut.batches);
+    for (std::uint32_t n = 0; n < count; ++n) {
+      (void)store::remove_tree(path_of(cut, name_of({stage, n})));
+      if (stage == PartStage::Map) (void)store::remove_tree(path_of(cut, link_name(n)));
+    }
+  }
+}
 
 }  // namespace scanmill::pipeline

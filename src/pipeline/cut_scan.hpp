@@ -41,6 +41,8 @@ struct PartTask {
 };
 /// "map 3", "gather".
 std::string name_of(const PartTask& task);
+/// What `gather` leaves beside its own part: where the bins of a piece are among all.
+std::string link_name(std::uint32_t piece);
 
 PartKind kind_of(const Cut& cut, std::string name, std::size_t row_bytes);
 std::string path_of(const Cut& cut, std::string name);
@@ -53,7 +55,10 @@ Result<PartWriter> create_part(const Cut& cut, const PartTask& task);
 std::vector<std::vector<PartTask>> waves_of(const Cut& cut, reduce::Representative representative);
 /// All waves of a scan; the last task of a scan, which writes its files, needs them all.
 std::vector<std::vector<PartTask>> scan_waves(const Cut& cut, const What& what);
+/// Its part is there, or one that comes of it and leaves no other reader.
 bool is_done(const Cut& cut, const PartTask& task);
+/// Removes the parts that nothing reads any more now that this one is there.
+void remove_read_parts(const Cut& cut, PartStage made);
 /// Its tasks may need as much memory as a scan in one piece.
 bool wants_whole(PartStage stage);
 

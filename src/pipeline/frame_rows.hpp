@@ -46,7 +46,6 @@ class FrameReader {
   std::uint64_t first_ = 0;
 };
 
-std::string link_name(std::uint32_t piece);
 /// errors  IoFailed naming the task that makes it
 Result<PartFile> need_link(const Cut& cut, std::uint32_t piece);
 

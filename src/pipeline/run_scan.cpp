@@ -145,8 +145,8 @@ Result<void> check_size(const ScanPoints& points, const reduce::Report& report) 
   return problem.empty() ? Result<void>() : fail(Code::BadInput, std::move(problem));
 }
 
-/// One task of a scan that is cut. `source`: the cleaned points.
-Result<void> make_task(const PartTask& task, const ScanPoints& points, const PointSource& source, const What& what,
+/// What a task of a scan that is cut makes. `source`: the cleaned points.
+Result<void> make_what(const PartTask& task, const ScanPoints& points, const PointSource& source, const What& what,
                        const Cut& cut, const Context& context, Progress& progress) {
   switch (task.stage) {
     case PartStage::Stars:
@@ -163,6 +163,13 @@ Result<void> make_task(const PartTask& task, const ScanPoints& points, const Poi
   }
 }
 
+Result<void> make_task(const PartTask& task, const ScanPoints& points, const PointSource& source, const What& what,
+                       const Cut& cut, const Context& context, Progress& progress) {
+  if (!is_done(cut, task)) TRY(make_what(task, points, source, what, cut, context, progress));
+  remove_read_parts(cut, task.stage);
+  return {};
+}
+
 /// Every part of the middle of the job that is not there, one after the other, and what they come to.
 Result<MadeSurface> make_in_parts(const ScanPoints& points, const PointSource& source, const What& what, const Cut& cut,
                                   const Context& context, Progress& progress, StageClock& clock) {
@@ -170,7 +177,6 @@ Result<MadeSurface> make_in_parts(const ScanPoints& points, const PointSource& s
     const PartStage stage = wave.front().stage;
     if (stage == PartStage::Verify) break;
     for (const PartTask& task : wave) {
-      if (is_done(cut, task)) continue;
       const WatchedPoints watched(source, name_of(task), progress);
       TRY(make_task(task, points, watched, what, cut, context, progress));
     }
