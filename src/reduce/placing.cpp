@@ -85,15 +85,20 @@ void place_narrow(const double* p, const double* origin, const double* from, dou
   place_points(p, origin, from, edge, count, placed);
 }
 
-/// Eight marks at a time: only the starts cost something.
+/// 64 marks at a time: only the starts cost something.
 void cut_into_runs(std::size_t count, Placed& placed) {
+  constexpr std::size_t kMarks = 64;
   std::size_t runs = 0;
-  for (std::size_t n = count; n % 8 != 0; ++n) placed.starts[n] = 0;
-  for (std::size_t n = 0; n < count; n += 8) {
-    std::uint64_t marks;
-    std::memcpy(&marks, &placed.starts[n], sizeof marks);
+  if (count % kMarks != 0) std::memset(&placed.starts[count], 0, kMarks - count % kMarks);
+  for (std::size_t n = 0; n < count; n += kMarks) {
+    std::uint64_t marks = 0;
+    for (std::size_t part = 0; part < kMarks; part += 16) {
+      const __m128i bytes = _mm_load_si128(reinterpret_cast<const __m128i*>(&placed.starts[n + part]));
+      const int bits = _mm_movemask_epi8(_mm_cmpgt_epi8(bytes, _mm_setzero_si128()));
+      marks |= static_cast<std::uint64_t>(bits) << part;
+    }
     for (; marks != 0; marks &= marks - 1) {
-      const std::size_t at = n + static_cast<std::size_t>(std::countr_zero(marks)) / 8;
+      const std::size_t at = n + static_cast<std::size_t>(std::countr_zero(marks));
       placed.first[runs] = static_cast<std::uint32_t>(at);
       placed.bins[runs++] = {placed.bin[0][at], placed.bin[1][at], placed.bin[2][at]};
     }
@@ -102,28 +107,12 @@ void cut_into_runs(std::size_t count, Placed& placed) {
   placed.runs = runs;
 }
 
-/// Loops over the points of a run end where nobody can guess, which costs more than the points. Runs of one length
-/// together do not.
-void order_by_length(Placed& placed) {
-  constexpr std::size_t kLong = Placed::kLong;
-  std::array<std::uint16_t, kLong + 2> next{};
-  auto length_class = [&](std::size_t run) {
-    return std::min<std::size_t>(placed.first[run + 1] - placed.first[run], kLong);
-  };
-  for (std::size_t run = 0; run < placed.runs; ++run) ++next[length_class(run) + 1];
-  for (std::size_t n = 1; n < next.size(); ++n) next[n] = static_cast<std::uint16_t>(next[n] + next[n - 1]);
-  placed.of_length = next;
-  for (std::size_t run = 0; run < placed.runs; ++run)
-    placed.by_length[next[length_class(run)]++] = static_cast<std::uint16_t>(run);
-}
-
 template <class Body>
 void place_with(Body body, const Lattice& lattice, const BinKey& base, std::span<const Vec3> points, Placed& placed) {
   const double origin[3] = {lattice.origin.x, lattice.origin.y, lattice.origin.z};
   const double from[3] = {static_cast<double>(base.i), static_cast<double>(base.j), static_cast<double>(base.k)};
   if (!points.empty()) body(&points[0].x, origin, from, lattice.edge_mm, points.size(), placed);
   cut_into_runs(points.size(), placed);
-  order_by_length(placed);
 }
 
 }  // namespace
@@ -149,6 +138,33 @@ void place(const Lattice& lattice, const BinKey& base, std::span<const Vec3> poi
 
 void place_plain(const Lattice& lattice, const BinKey& base, std::span<const Vec3> points, Placed& placed) {
   place_with(place_narrow, lattice, base, points, placed);
+}
+
+/// Every point writes what stands behind it, the last of a run writes last. A point's products come from pairs of int16
+/// of which the second is 0. Scores are not negative, so that they compare like their bits.
+void sum_runs(const Placed& placed, RunSums& sums) {
+  const std::size_t count = placed.first[placed.runs];
+  const __m128i none = _mm_setzero_si128();
+  __m128i squares = none, mixed = none, plain = none;
+  std::uint64_t least = 0;
+  std::int32_t* behind = sums.before[0].data();
+  double* least_at = sums.least.data() - 1;
+  auto put = [&](int at, __m128i v) { _mm_store_si128(reinterpret_cast<__m128i*>(behind + at), v); };
+  put(0, none), put(4, none), put(8, none);
+  for (std::size_t n = 0; n < count; ++n) {
+    const std::uint64_t starts = placed.starts[n];
+    behind += starts * sums.before[0].size();
+    least_at += starts;
+    const __m128i steps = _mm_loadl_epi64(reinterpret_cast<const __m128i*>(&placed.steps[2 * n]));
+    const __m128i pairs = _mm_unpacklo_epi16(steps, none);
+    squares = _mm_add_epi32(squares, _mm_madd_epi16(pairs, pairs));
+    mixed = _mm_add_epi32(mixed, _mm_madd_epi16(pairs, _mm_shuffle_epi32(pairs, _MM_SHUFFLE(3, 0, 2, 1))));
+    plain = _mm_add_epi32(plain, _mm_srai_epi32(_mm_unpacklo_epi16(none, steps), 16));
+    put(0, squares), put(4, mixed), put(8, plain);
+    const std::uint64_t score = std::bit_cast<std::uint64_t>(placed.score[n]);
+    least = std::min(least | (0 - starts), score);
+    *least_at = std::bit_cast<double>(least);
+  }
 }
 
 void WholeSums::add(const WholeSums& other) {
