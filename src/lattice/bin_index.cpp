@@ -8,6 +8,7 @@
 #include <openvdb/tree/ValueAccessor.h>
 
 #include <algorithm>
+#include <limits>
 
 // OpenVDB's library holds this tree; without the line its input and output are compiled here once more, half of the
 // time this file takes.
@@ -58,18 +59,26 @@ struct BinTree::Impl {
   struct Met {
     Leaf* leaf = nullptr;
     std::int32_t* values = nullptr;
-    LocalBin bin{};
+    LocalBin bin{kNowhere, kNowhere, kNowhere};
   };
+  static constexpr std::int32_t kNowhere = std::numeric_limits<std::int32_t>::min();  // local bins lie within 2^30
   std::array<Met, 512> met;
 
   const Met& leaf_of(const LocalBin& bin) {
     const int at = (bin[0] >> 3 & 7) << 6 | (bin[1] >> 3 & 7) << 3 | (bin[2] >> 3 & 7);
     Met& found = met[static_cast<std::size_t>(at)];
-    if (found.leaf == nullptr || !same_leaf(bin, found.bin)) {
-      Leaf* leaf = accessor.touchLeaf(leaf_origin(bin));
-      found = {leaf, leaf->buffer().data(), bin};
-    }
+    if (!same_leaf(bin, found.bin)) [[unlikely]]
+      meet(bin, found);
     return found;
+  }
+  // What happens rarely stays out of the loop over the bins, which has registers for the rest.
+  [[gnu::noinline]] void meet(const LocalBin& bin, Met& found) {
+    Leaf* leaf = accessor.touchLeaf(leaf_origin(bin));
+    found = {leaf, leaf->buffer().data(), bin};
+  }
+  [[gnu::noinline]] std::int32_t take_slot(const LocalBin& bin) {
+    leaf_of(bin).leaf->setValueOn(static_cast<openvdb::Index>(leaf_offset(bin)), next);
+    return next++;
   }
 };
 
@@ -83,22 +92,17 @@ void BinTree::slots_of(std::span<const LocalBin> bins, std::span<std::int32_t> s
   // leaf every few bins, and leaves are rarely in the first cache.
   constexpr std::size_t kAtOnce = 64;
   std::array<std::int32_t*, kAtOnce> at;
-  std::array<Leaf*, kAtOnce> leaves;
+  Impl& impl = *impl_;
   for (std::size_t first = 0; first < bins.size(); first += kAtOnce) {
     const std::size_t count = std::min(kAtOnce, bins.size() - first);
     for (std::size_t n = 0; n < count; ++n) {
-      const LocalBin& bin = bins[first + n];
-      const Impl::Met& met = impl_->leaf_of(bin);
-      leaves[n] = met.leaf;
-      at[n] = met.values + leaf_offset(bin);
+      at[n] = impl.leaf_of(bins[first + n]).values + leaf_offset(bins[first + n]);
       __builtin_prefetch(at[n]);
     }
     for (std::size_t n = 0; n < count; ++n) {
       std::int32_t slot = *at[n];
-      if (slot == kNoSlot) {
-        slot = impl_->next++;
-        leaves[n]->setValueOn(static_cast<openvdb::Index>(leaf_offset(bins[first + n])), slot);
-      }
+      if (slot == kNoSlot) [[unlikely]]
+        slot = impl.take_slot(bins[first + n]);
       slots[first + n] = slot;
     }
   }
