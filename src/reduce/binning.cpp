@@ -90,7 +90,7 @@ void add_directions(Direction& sum, const ViewPoint& view, std::span<const Vec3>
 }
 
 void bin_block(const LocalFrame& frame, const PointBlock& block, PassOne& pass) {
-  constexpr std::size_t kAhead = 12;  // runs; a bin's cell is rarely in the first cache when a line comes back to it
+  constexpr std::size_t kAhead = 16;  // runs; a bin's cell is rarely in the first cache when a line comes back to it
   Placed& placed = pass.placed;
   const bool seen = block.view_point.eye.has_value() || block.view_point.direction.has_value();
   over_tiles(frame, block, placed, [&](std::size_t first) {

@@ -42,12 +42,15 @@ void place_plain(const Lattice& lattice, const BinKey& base, std::span<const Vec
 
 /// What the first pass adds up, per run of a tile.
 struct RunSums {
-  /// Sums over the points of the tile that stand before a run: xx yy zz n, xy yz zx n, x y z n. Those of a run are the
-  /// difference to the next, and no loop ends where nobody can guess. They stay below 2^27.
-  alignas(64) std::array<std::array<std::int32_t, 12>, Placed::kTile + 1> before;
+  /// Sums over the points of the tile that stand before a run: xx yy zz n, xy yz zx n, x y z n, four free. Those of a
+  /// run are the difference to the next, and no loop ends where nobody can guess. They stay below 2^27.
+  using Sums = std::array<std::int32_t, 16>;
+  alignas(64) std::array<Sums, Placed::kTile + 1> before;
   std::array<double, Placed::kTile> least;  // score in the run
 };
 void sum_runs(const Placed& placed, RunSums& sums);
+/// The same without wider instructions, for the test that compares them.
+void sum_runs_plain(const Placed& placed, RunSums& sums);
 
 /// Sums of whole numbers below 2^53 in doubles: exact, so they commute like integers and cost half.
 struct alignas(16) WholeSums {

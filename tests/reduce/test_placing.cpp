@@ -65,13 +65,14 @@ TEST(Placing, FollowsThePlainFormulas) {
 // Runs of one point and of many, and a tile that is not full.
 TEST(Placing, SumsAndLeastScoresOfRunsAreThoseOfTheirPoints) {
   const auto placed = std::make_unique<Placed>();
-  const auto sums = std::make_unique<RunSums>();
+  const auto sums = std::make_unique<RunSums>(), plain = std::make_unique<RunSums>();
   for (const double spread : {1.0, 0.01, 1e-6})
     for (const std::size_t count : {1u, 63u, 64u, 200u, 256u}) {
       auto points = points_around(count, count + 7);
       for (Vec3& p : points) p = p * spread;
       place(kLattice, kBase, points, *placed);
       sum_runs(*placed, *sums);
+      sum_runs_plain(*placed, *plain);
       std::uint32_t seen = 0;
       for (std::size_t run = 0; run < placed->runs; ++run) {
         ASSERT_EQ(placed->first[run], seen);
@@ -87,6 +88,10 @@ TEST(Placing, SumsAndLeastScoresOfRunsAreThoseOfTheirPoints) {
         found.add(*sums, run);
         EXPECT_EQ(std::memcmp(&found, &wanted, sizeof found), 0) << "run " << run << " of " << count;
         EXPECT_EQ(sums->least[run], least);
+        WholeSums narrow;
+        narrow.add(*plain, run);
+        EXPECT_EQ(std::memcmp(&found, &narrow, sizeof found), 0) << "run " << run << " of " << count;
+        EXPECT_EQ(plain->least[run], least);
       }
       EXPECT_EQ(seen, count);
     }
