@@ -17,6 +17,7 @@ namespace scanmill::reduce {
 namespace {
 
 constexpr double kMaxLocal = 1 << 30;
+constexpr std::size_t kAhead = 16;  // runs; what a bin holds is rarely in the first cache when a line comes back to it
 
 /// Floor as a conversion and a correction: exact for |u| < 2^52 and no call into libm on plain x86-64.
 std::int64_t floor_to_int(double u) {
@@ -90,7 +91,6 @@ void add_directions(Direction& sum, const ViewPoint& view, std::span<const Vec3>
 }
 
 void bin_block(const LocalFrame& frame, const PointBlock& block, PassOne& pass) {
-  constexpr std::size_t kAhead = 16;  // runs; a bin's cell is rarely in the first cache when a line comes back to it
   Placed& placed = pass.placed;
   const bool seen = block.view_point.eye.has_value() || block.view_point.direction.has_value();
   over_tiles(frame, block, placed, [&](std::size_t first) {
@@ -318,7 +318,16 @@ Result<std::vector<Winner>> pick_against(const PointSource& points, const LocalF
     bool known = true;
     over_tiles(frame, block, placed, [&](std::size_t first) {
       mine.reader->rows_of(run_bins(placed), run_slots(placed));
+      auto fetch = [&](std::size_t run) {
+        if (placed.slots[run] == kNoSlot) return;
+        const auto row = static_cast<std::size_t>(placed.slots[run]);
+        __builtin_prefetch(&targets[row]);
+        __builtin_prefetch(&targets[row].normal.z);
+        __builtin_prefetch(&mine.winners[row], 1);
+      };
+      for (std::size_t run = 0; run < std::min(kAhead, placed.runs); ++run) fetch(run);
       for (std::size_t run = 0; run < placed.runs; ++run) {
+        if (run + kAhead < placed.runs) fetch(run + kAhead);
         if (placed.slots[run] == kNoSlot) {
           known = false;
           continue;
