@@ -31,6 +31,13 @@ bool same_leaf(const LocalBin& a, const LocalBin& b) {
 }
 Coord leaf_origin(const LocalBin& bin) { return {bin[0] & ~7, bin[1] & ~7, bin[2] & ~7}; }
 
+constexpr std::int32_t kNowhere = std::numeric_limits<std::int32_t>::min();  // local bins lie within 2^30
+/// Place of a bin's leaf among those met lately.
+constexpr std::size_t kMostMet = 512;
+constexpr std::size_t place_among_met(const LocalBin& bin) {
+  return static_cast<std::size_t>((bin[0] >> 3 & 7) << 6 | (bin[1] >> 3 & 7) << 3 | (bin[2] >> 3 & 7));
+}
+
 /// Offsets of a leaf's 512 voxels along the Z-order curve (k most significant).
 const std::array<std::uint16_t, 512>& curve_in_leaf() {
   static const std::array<std::uint16_t, 512> kTable = [] {
@@ -61,12 +68,10 @@ struct BinTree::Impl {
     std::int32_t* values = nullptr;
     LocalBin bin{kNowhere, kNowhere, kNowhere};
   };
-  static constexpr std::int32_t kNowhere = std::numeric_limits<std::int32_t>::min();  // local bins lie within 2^30
-  std::array<Met, 512> met;
+  std::array<Met, kMostMet> met;
 
   const Met& leaf_of(const LocalBin& bin) {
-    const int at = (bin[0] >> 3 & 7) << 6 | (bin[1] >> 3 & 7) << 3 | (bin[2] >> 3 & 7);
-    Met& found = met[static_cast<std::size_t>(at)];
+    Met& found = met[place_among_met(bin)];
     if (!same_leaf(bin, found.bin)) [[unlikely]]
       meet(bin, found);
     return found;
@@ -157,6 +162,22 @@ struct BinIndex::Reader::Impl {
   std::array<const std::int32_t*, 27> around{};
   LocalBin centre{};
   bool filled = false;
+
+  // Leaves met lately by questions about single bins, as BinTree has them; null where there is none.
+  struct Met {
+    const std::int32_t* values = nullptr;
+    LocalBin bin{kNowhere, kNowhere, kNowhere};
+  };
+  std::vector<Met> met;
+
+  const std::int32_t* place_of(const LocalBin& bin) {
+    static constexpr std::int32_t kNone = kNoSlot;
+    Met& found = met[place_among_met(bin)];
+    if (!same_leaf(bin, found.bin)) [[unlikely]]
+      meet(bin, found);
+    return found.values != nullptr ? found.values + leaf_offset(bin) : &kNone;
+  }
+  [[gnu::noinline]] void meet(const LocalBin& bin, Met& found) { found = {leaf_at(leaf_origin(bin)), bin}; }
 
   const std::int32_t* leaf_at(const Coord& origin) {
     const Leaf* leaf = accessor.probeConstLeaf(origin);
@@ -257,17 +278,18 @@ std::int32_t BinIndex::Reader::row_at(const LocalBin& bin) {
 }
 
 void BinIndex::Reader::rows_of(std::span<const LocalBin> bins, std::span<std::int32_t> rows) {
-  const std::int32_t* values = nullptr;
-  LocalBin at{};
-  bool known = false;
-  for (std::size_t n = 0; n < bins.size(); ++n) {
-    const LocalBin& bin = bins[n];
-    if (!known || !same_leaf(bin, at)) {
-      values = impl_->leaf_at(leaf_origin(bin));
-      at = bin;
-      known = true;
+  Impl& impl = *impl_;
+  if (impl.met.empty()) impl.met.resize(kMostMet);
+  // As in BinTree::slots_of.
+  constexpr std::size_t kAtOnce = 64;
+  std::array<const std::int32_t*, kAtOnce> at;
+  for (std::size_t first = 0; first < bins.size(); first += kAtOnce) {
+    const std::size_t count = std::min(kAtOnce, bins.size() - first);
+    for (std::size_t n = 0; n < count; ++n) {
+      at[n] = impl.place_of(bins[first + n]);
+      __builtin_prefetch(at[n]);
     }
-    rows[n] = values != nullptr ? values[leaf_offset(bin)] : kNoSlot;
+    for (std::size_t n = 0; n < count; ++n) rows[first + n] = *at[n];
   }
 }
 
