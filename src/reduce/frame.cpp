@@ -7,6 +7,7 @@
 #include <array>
 
 #include "base/digest.hpp"
+#include "base/large_pages.hpp"
 #include "base/wide.hpp"
 #include "geom/plane_fit.hpp"
 
@@ -170,13 +171,13 @@ struct Windows {
 }  // namespace
 
 void Frames::resize(std::size_t count) {
-  centroid.resize(count);
-  normal.resize(count);
-  residual.resize(count);
-  variation.resize(count);
-  plane_distance.resize(count);
-  valid.resize(count);
-  sign_known.resize(count);
+  resize_large(centroid, count);
+  resize_large(normal, count);
+  resize_large(residual, count);
+  resize_large(variation, count);
+  resize_large(plane_distance, count);
+  resize_large(valid, count);
+  resize_large(sign_known, count);
 }
 
 double median_residual_of(const Frames& f) {
