@@ -22,6 +22,13 @@ void reserve_large(std::vector<T>& values, std::size_t count) {
   values.swap(larger);
 }
 
+/// `resize` of an array that is filled once.
+template <class T>
+void resize_large(std::vector<T>& values, std::size_t count) {
+  reserve_large(values, count);
+  values.resize(count);
+}
+
 /// `resize` of an array that grows step by step, to twice its size at least.
 template <class T>
 void grow_large(std::vector<T>& values, std::size_t count) {

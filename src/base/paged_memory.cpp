@@ -36,7 +36,8 @@ constexpr std::uint64_t kLargest = 128ull << 10;     // from here on pieces are 
 constexpr std::uint64_t kGreatestSpan = 1ull << 40;  // bytes of addresses
 constexpr std::uint64_t kPage = 4096;
 constexpr std::uint64_t kLetGoAtOnce = 8ull << 20;
-constexpr std::uint64_t kLargeRun = 8;  // blocks
+constexpr std::uint64_t kLargeRun = 8;            // blocks
+constexpr std::uint64_t kMostWrittenAhead = 128;  // blocks
 constexpr auto kLookEvery = std::chrono::milliseconds(3);
 constexpr auto kPause = std::chrono::milliseconds(50);
 constexpr int kClasses = 24;
@@ -277,6 +278,17 @@ std::uint64_t take_run(Heap& h, std::uint64_t count) {
   return first;
 }
 
+/// A page of the file that was never written comes with a fault that asks the disk's map for it, four times as dear as
+/// one for a page that is at hand. Larger pieces fill over so long a time that what is written ahead of them might have
+/// left memory by then. Little at once: the kernel keeps what one call wrote in one piece, and a single look maps all
+/// of it.
+void write_ahead(const Heap& h, std::uint64_t first, std::uint64_t count) {
+  static char none[16 << 10];
+  if (count > kMostWrittenAhead) return;
+  for (std::uint64_t at = first * kBlock; at < (first + count) * kBlock; at += sizeof none)
+    if (pwrite(h.file, none, sizeof none, static_cast<off_t>(at)) != static_cast<ssize_t>(sizeof none)) return;
+}
+
 void join_free(Heap& h, std::uint64_t first, std::uint64_t count) {
   auto after = h.free_runs.upper_bound(first);
   if (after != h.free_runs.end() && after->first == first + count) {
@@ -294,11 +306,16 @@ void join_free(Heap& h, std::uint64_t first, std::uint64_t count) {
 }
 
 void* take_large(Heap& h, std::size_t bytes) {
-  const std::lock_guard<std::mutex> guard(h.mutex);
-  const std::uint64_t count = (bytes + kBlock - 1) / kBlock, first = take_run(h, count);
-  if (first == ~0ull) return nullptr;
-  h.taken.emplace(first, count);
-  if (count >= kLargeRun) let_go(h);  // before it fills
+  const std::uint64_t count = (bytes + kBlock - 1) / kBlock;
+  std::uint64_t first = 0;
+  {
+    const std::lock_guard<std::mutex> guard(h.mutex);
+    first = take_run(h, count);
+    if (first == ~0ull) return nullptr;
+    h.taken.emplace(first, count);
+    if (count >= kLargeRun) let_go(h);  // before it fills
+  }
+  write_ahead(h, first, count);
   return h.base.load(std::memory_order_relaxed) + first * kBlock;
 }
 
@@ -317,6 +334,7 @@ void* take_small(Heap& h, std::size_t bytes) {
     const std::uint64_t first = take_run(h, 1);
     if (first == ~0ull) return nullptr;
     h.class_of_block[first] = static_cast<std::uint8_t>(number + 1);
+    write_ahead(h, first, 1);
     c.next = h.base.load(std::memory_order_relaxed) + first * kBlock;
     c.end = c.next + kBlock;
   }

@@ -8,6 +8,7 @@
 #include <openvdb/tree/ValueAccessor.h>
 
 #include <algorithm>
+#include <limits>
 
 // OpenVDB's library holds this tree; without the line its input and output are compiled here once more, half of the
 // time this file takes.
@@ -29,6 +30,13 @@ bool same_leaf(const LocalBin& a, const LocalBin& b) {
   return (((a[0] ^ b[0]) | (a[1] ^ b[1]) | (a[2] ^ b[2])) & ~7) == 0;
 }
 Coord leaf_origin(const LocalBin& bin) { return {bin[0] & ~7, bin[1] & ~7, bin[2] & ~7}; }
+
+constexpr std::int32_t kNowhere = std::numeric_limits<std::int32_t>::min();  // local bins lie within 2^30
+/// Place of a bin's leaf among those met lately.
+constexpr std::size_t kMostMet = 512;
+constexpr std::size_t place_among_met(const LocalBin& bin) {
+  return static_cast<std::size_t>((bin[0] >> 3 & 7) << 6 | (bin[1] >> 3 & 7) << 3 | (bin[2] >> 3 & 7));
+}
 
 /// Offsets of a leaf's 512 voxels along the Z-order curve (k most significant).
 const std::array<std::uint16_t, 512>& curve_in_leaf() {
@@ -58,18 +66,24 @@ struct BinTree::Impl {
   struct Met {
     Leaf* leaf = nullptr;
     std::int32_t* values = nullptr;
-    LocalBin bin{};
+    LocalBin bin{kNowhere, kNowhere, kNowhere};
   };
-  std::array<Met, 512> met;
+  std::array<Met, kMostMet> met;
 
   const Met& leaf_of(const LocalBin& bin) {
-    const int at = (bin[0] >> 3 & 7) << 6 | (bin[1] >> 3 & 7) << 3 | (bin[2] >> 3 & 7);
-    Met& found = met[static_cast<std::size_t>(at)];
-    if (found.leaf == nullptr || !same_leaf(bin, found.bin)) {
-      Leaf* leaf = accessor.touchLeaf(leaf_origin(bin));
-      found = {leaf, leaf->buffer().data(), bin};
-    }
+    Met& found = met[place_among_met(bin)];
+    if (!same_leaf(bin, found.bin)) [[unlikely]]
+      meet(bin, found);
     return found;
+  }
+  // What happens rarely stays out of the loop over the bins, which has registers for the rest.
+  [[gnu::noinline]] void meet(const LocalBin& bin, Met& found) {
+    Leaf* leaf = accessor.touchLeaf(leaf_origin(bin));
+    found = {leaf, leaf->buffer().data(), bin};
+  }
+  [[gnu::noinline]] std::int32_t take_slot(const LocalBin& bin) {
+    leaf_of(bin).leaf->setValueOn(static_cast<openvdb::Index>(leaf_offset(bin)), next);
+    return next++;
   }
 };
 
@@ -83,22 +97,17 @@ void BinTree::slots_of(std::span<const LocalBin> bins, std::span<std::int32_t> s
   // leaf every few bins, and leaves are rarely in the first cache.
   constexpr std::size_t kAtOnce = 64;
   std::array<std::int32_t*, kAtOnce> at;
-  std::array<Leaf*, kAtOnce> leaves;
+  Impl& impl = *impl_;
   for (std::size_t first = 0; first < bins.size(); first += kAtOnce) {
     const std::size_t count = std::min(kAtOnce, bins.size() - first);
     for (std::size_t n = 0; n < count; ++n) {
-      const LocalBin& bin = bins[first + n];
-      const Impl::Met& met = impl_->leaf_of(bin);
-      leaves[n] = met.leaf;
-      at[n] = met.values + leaf_offset(bin);
+      at[n] = impl.leaf_of(bins[first + n]).values + leaf_offset(bins[first + n]);
       __builtin_prefetch(at[n]);
     }
     for (std::size_t n = 0; n < count; ++n) {
       std::int32_t slot = *at[n];
-      if (slot == kNoSlot) {
-        slot = impl_->next++;
-        leaves[n]->setValueOn(static_cast<openvdb::Index>(leaf_offset(bins[first + n])), slot);
-      }
+      if (slot == kNoSlot) [[unlikely]]
+        slot = impl.take_slot(bins[first + n]);
       slots[first + n] = slot;
     }
   }
@@ -153,6 +162,22 @@ struct BinIndex::Reader::Impl {
   std::array<const std::int32_t*, 27> around{};
   LocalBin centre{};
   bool filled = false;
+
+  // Leaves met lately by questions about single bins, as BinTree has them; null where there is none.
+  struct Met {
+    const std::int32_t* values = nullptr;
+    LocalBin bin{kNowhere, kNowhere, kNowhere};
+  };
+  std::vector<Met> met;
+
+  const std::int32_t* place_of(const LocalBin& bin) {
+    static constexpr std::int32_t kNone = kNoSlot;
+    Met& found = met[place_among_met(bin)];
+    if (!same_leaf(bin, found.bin)) [[unlikely]]
+      meet(bin, found);
+    return found.values != nullptr ? found.values + leaf_offset(bin) : &kNone;
+  }
+  [[gnu::noinline]] void meet(const LocalBin& bin, Met& found) { found = {leaf_at(leaf_origin(bin)), bin}; }
 
   const std::int32_t* leaf_at(const Coord& origin) {
     const Leaf* leaf = accessor.probeConstLeaf(origin);
@@ -253,17 +278,18 @@ std::int32_t BinIndex::Reader::row_at(const LocalBin& bin) {
 }
 
 void BinIndex::Reader::rows_of(std::span<const LocalBin> bins, std::span<std::int32_t> rows) {
-  const std::int32_t* values = nullptr;
-  LocalBin at{};
-  bool known = false;
-  for (std::size_t n = 0; n < bins.size(); ++n) {
-    const LocalBin& bin = bins[n];
-    if (!known || !same_leaf(bin, at)) {
-      values = impl_->leaf_at(leaf_origin(bin));
-      at = bin;
-      known = true;
+  Impl& impl = *impl_;
+  if (impl.met.empty()) impl.met.resize(kMostMet);
+  // As in BinTree::slots_of.
+  constexpr std::size_t kAtOnce = 64;
+  std::array<const std::int32_t*, kAtOnce> at;
+  for (std::size_t first = 0; first < bins.size(); first += kAtOnce) {
+    const std::size_t count = std::min(kAtOnce, bins.size() - first);
+    for (std::size_t n = 0; n < count; ++n) {
+      at[n] = impl.place_of(bins[first + n]);
+      __builtin_prefetch(at[n]);
     }
-    rows[n] = values != nullptr ? values[leaf_offset(bin)] : kNoSlot;
+    for (std::size_t n = 0; n < count; ++n) rows[first + n] = *at[n];
   }
 }
 

@@ -17,6 +17,7 @@ namespace scanmill::reduce {
 namespace {
 
 constexpr double kMaxLocal = 1 << 30;
+constexpr std::size_t kAhead = 16;  // runs; what a bin holds is rarely in the first cache when a line comes back to it
 
 /// Floor as a conversion and a correction: exact for |u| < 2^52 and no call into libm on plain x86-64.
 std::int64_t floor_to_int(double u) {
@@ -63,24 +64,12 @@ void over_tiles(const LocalFrame& frame, const PointBlock& block, Placed& placed
 std::span<const LocalBin> run_bins(const Placed& placed) { return std::span(placed.bins).first(placed.runs); }
 std::span<std::int32_t> run_slots(Placed& placed) { return std::span(placed.slots).first(placed.runs); }
 
-/// body.operator()<n>(place in by_length) for the runs of n points, with n = 0 for the long ones.
-template <class Body>
-void over_lengths(const Placed& placed, Body body) {
-  auto of_length = [&]<std::size_t kLength>() {
-    constexpr std::size_t kClass = kLength > 0 ? kLength : Placed::kLong;
-    for (std::size_t n = placed.of_length[kClass]; n < placed.of_length[kClass + 1]; ++n)
-      body.template operator()<kLength>(n);
-  };
-  [&]<std::size_t... kLength>(std::index_sequence<kLength...>) { (of_length.template operator()<kLength + 1>(), ...); }
-  (std::make_index_sequence<Placed::kLong - 1>());
-  of_length.template operator()<0>();
-}
-
 struct alignas(64) PassOne {
   BinTree tree;
   Blocks<Cell> cells;
   Blocks<Direction> directions;  // empty while no view tells
   Placed placed;
+  RunSums sums;
   ReadCounts counts;
 };
 
@@ -102,7 +91,6 @@ void add_directions(Direction& sum, const ViewPoint& view, std::span<const Vec3>
 }
 
 void bin_block(const LocalFrame& frame, const PointBlock& block, PassOne& pass) {
-  constexpr std::size_t kAhead = 8;  // runs; a bin's cell is rarely in the first cache when a line comes back to it
   Placed& placed = pass.placed;
   const bool seen = block.view_point.eye.has_value() || block.view_point.direction.has_value();
   over_tiles(frame, block, placed, [&](std::size_t first) {
@@ -114,20 +102,18 @@ void bin_block(const LocalFrame& frame, const PointBlock& block, PassOne& pass) 
       __builtin_prefetch(cell, 1);
       __builtin_prefetch(cell + 64, 1);
     };
-    for (std::size_t n = 0; n < std::min(kAhead, placed.runs); ++n) fetch(placed.by_length[n]);
-    over_lengths(placed, [&]<std::size_t kLength>(std::size_t n) {
-      if (n + kAhead < placed.runs) fetch(placed.by_length[n + kAhead]);
-      const std::size_t run = placed.by_length[n], begin = placed.first[run];
-      const std::size_t count = kLength > 0 ? kLength : placed.first[run + 1] - begin;
+    for (std::size_t run = 0; run < std::min(kAhead, placed.runs); ++run) fetch(run);
+    sum_runs(placed, pass.sums);
+    for (std::size_t run = 0; run < placed.runs; ++run) {
+      if (run + kAhead < placed.runs) fetch(run + kAhead);
       Cell& cell = cell_of(run);
-      cell.sums.add(placed, begin, count);
-      double least = placed.score[begin];
-      for (std::size_t i = 1; i < count; ++i) least = std::min(least, placed.score[begin + i]);
-      if (least > cell.score) return;
-      for (std::size_t i = begin; i < begin + count; ++i)
-        if (placed.score[i] <= cell.score)
-          cell.keep_better({placed.score[i], block.positions[first + i], {block.view, block.rows[first + i]}});
-    });
+      cell.sums.add(pass.sums, run);
+      const double least = pass.sums.least(run);
+      if (least > cell.score) continue;
+      for (std::size_t i = placed.first[run]; i < placed.first[run + 1]; ++i)
+        if (placed.score[i] == least)
+          cell.keep_better({least, block.positions[first + i], {block.view, block.rows[first + i]}});
+    }
     if (!seen) return;
     pass.directions.grow(pass.cells.size());
     for (std::size_t run = 0; run < placed.runs; ++run)
@@ -332,7 +318,16 @@ Result<std::vector<Winner>> pick_against(const PointSource& points, const LocalF
     bool known = true;
     over_tiles(frame, block, placed, [&](std::size_t first) {
       mine.reader->rows_of(run_bins(placed), run_slots(placed));
+      auto fetch = [&](std::size_t run) {
+        if (placed.slots[run] == kNoSlot) return;
+        const auto row = static_cast<std::size_t>(placed.slots[run]);
+        __builtin_prefetch(&targets[row]);
+        __builtin_prefetch(&targets[row].normal.z);
+        __builtin_prefetch(&mine.winners[row], 1);
+      };
+      for (std::size_t run = 0; run < std::min(kAhead, placed.runs); ++run) fetch(run);
       for (std::size_t run = 0; run < placed.runs; ++run) {
+        if (run + kAhead < placed.runs) fetch(run + kAhead);
         if (placed.slots[run] == kNoSlot) {
           known = false;
           continue;

@@ -30,7 +30,7 @@ struct alignas(64) Cell {
 
   Winner winner() const { return {score, position, {view, row}}; }
   void keep_better(const Winner& candidate) {
-    if (!better(candidate, winner())) return;
+    if (candidate.score > score || (candidate.score == score && !better(candidate, winner()))) return;
     score = candidate.score;
     position = candidate.position;
     row = candidate.source.row;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "reduce/placing.hpp"
 
+#include <immintrin.h>
+
 #include <algorithm>
 #include <bit>
 #include <cstring>
@@ -85,15 +87,20 @@ void place_narrow(const double* p, const double* origin, const double* from, dou
   place_points(p, origin, from, edge, count, placed);
 }
 
-/// Eight marks at a time: only the starts cost something.
+/// 64 marks at a time: only the starts cost something.
 void cut_into_runs(std::size_t count, Placed& placed) {
+  constexpr std::size_t kMarks = 64;
   std::size_t runs = 0;
-  for (std::size_t n = count; n % 8 != 0; ++n) placed.starts[n] = 0;
-  for (std::size_t n = 0; n < count; n += 8) {
-    std::uint64_t marks;
-    std::memcpy(&marks, &placed.starts[n], sizeof marks);
+  if (count % kMarks != 0) std::memset(&placed.starts[count], 0, kMarks - count % kMarks);
+  for (std::size_t n = 0; n < count; n += kMarks) {
+    std::uint64_t marks = 0;
+    for (std::size_t part = 0; part < kMarks; part += 16) {
+      const __m128i bytes = _mm_load_si128(reinterpret_cast<const __m128i*>(&placed.starts[n + part]));
+      const int bits = _mm_movemask_epi8(_mm_cmpgt_epi8(bytes, _mm_setzero_si128()));
+      marks |= static_cast<std::uint64_t>(bits) << part;
+    }
     for (; marks != 0; marks &= marks - 1) {
-      const std::size_t at = n + static_cast<std::size_t>(std::countr_zero(marks)) / 8;
+      const std::size_t at = n + static_cast<std::size_t>(std::countr_zero(marks));
       placed.first[runs] = static_cast<std::uint32_t>(at);
       placed.bins[runs++] = {placed.bin[0][at], placed.bin[1][at], placed.bin[2][at]};
     }
@@ -102,29 +109,58 @@ void cut_into_runs(std::size_t count, Placed& placed) {
   placed.runs = runs;
 }
 
-/// Loops over the points of a run end where nobody can guess, which costs more than the points. Runs of one length
-/// together do not.
-void order_by_length(Placed& placed) {
-  constexpr std::size_t kLong = Placed::kLong;
-  std::array<std::uint16_t, kLong + 2> next{};
-  auto length_class = [&](std::size_t run) {
-    return std::min<std::size_t>(placed.first[run + 1] - placed.first[run], kLong);
-  };
-  for (std::size_t run = 0; run < placed.runs; ++run) ++next[length_class(run) + 1];
-  for (std::size_t n = 1; n < next.size(); ++n) next[n] = static_cast<std::uint16_t>(next[n] + next[n - 1]);
-  placed.of_length = next;
-  for (std::size_t run = 0; run < placed.runs; ++run)
-    placed.by_length[next[length_class(run)]++] = static_cast<std::uint16_t>(run);
-}
-
 template <class Body>
 void place_with(Body body, const Lattice& lattice, const BinKey& base, std::span<const Vec3> points, Placed& placed) {
   const double origin[3] = {lattice.origin.x, lattice.origin.y, lattice.origin.z};
   const double from[3] = {static_cast<double>(base.i), static_cast<double>(base.j), static_cast<double>(base.k)};
   if (!points.empty()) body(&points[0].x, origin, from, lattice.edge_mm, points.size(), placed);
   cut_into_runs(points.size(), placed);
-  order_by_length(placed);
 }
+
+/// Sums over a tile: every point writes what stands behind it, the last of a run writes last.
+/// The least score likewise. Scores are not negative, so that they compare like their bits.
+struct LeastScores {
+  double* at;  // of the run at hand; at first the place before the first
+  std::uint64_t least = 0;
+  [[gnu::always_inline]] void take(std::uint64_t starts, const double* score) {
+    std::uint64_t bits;
+    std::memcpy(&bits, score, sizeof bits);
+    at += starts;
+    const std::uint64_t so_far = least | (0 - starts);  // of nothing: the greatest
+    least = bits < so_far ? bits : so_far;
+    std::memcpy(at, &least, sizeof least);
+  }
+};
+
+#ifdef SCANMILL_WITH_512
+/// The three products of a point at once: x y z 1 as pairs with a second 0, times x y z 1, y z x 1 and 1 1 1 1.
+SCANMILL_WITH_512 void sum_runs_512(const Placed& placed, RunSums& sums) {
+  const std::size_t count = placed.first[placed.runs];
+  // Bytes of the steps, from 0 on; those from 128 on become 0.
+  alignas(64) static constexpr std::uint8_t kLeft[64] = {
+      0,   1,   255, 255, 2,   3,   255, 255, 4,   5,   255, 255, 6,   7,   255, 255, 0,   1,   255, 255, 2,   3,
+      255, 255, 4,   5,   255, 255, 6,   7,   255, 255, 0,   1,   255, 255, 2,   3,   255, 255, 4,   5,   255, 255,
+      6,   7,   255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255};
+  alignas(64) static constexpr std::uint8_t kRight[64] = {
+      0,   1,   255, 255, 2,   3,   255, 255, 4,   5,   255, 255, 6,   7,   255, 255, 2,   3,   255, 255, 4,   5,
+      255, 255, 0,   1,   255, 255, 6,   7,   255, 255, 6,   7,   255, 255, 6,   7,   255, 255, 6,   7,   255, 255,
+      6,   7,   255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255};
+  const __m512i left = _mm512_load_si512(kLeft), right = _mm512_load_si512(kRight);
+  __m512i sum = _mm512_setzero_si512();
+  LeastScores scores{sums.least_before.data()};
+  RunSums::Sums* behind = &sums.before[0];
+  _mm512_store_si512(behind, sum);
+  for (std::size_t n = 0; n < count; ++n) {
+    long long steps;
+    std::memcpy(&steps, &placed.steps[2 * n], sizeof steps);
+    const __m512i all = _mm512_set1_epi64(steps);
+    sum = _mm512_add_epi32(sum, _mm512_madd_epi16(_mm512_shuffle_epi8(all, left), _mm512_shuffle_epi8(all, right)));
+    behind += placed.starts[n];
+    _mm512_store_si512(behind, sum);
+    scores.take(placed.starts[n], &placed.score[n]);
+  }
+}
+#endif
 
 }  // namespace
 
@@ -149,6 +185,35 @@ void place(const Lattice& lattice, const BinKey& base, std::span<const Vec3> poi
 
 void place_plain(const Lattice& lattice, const BinKey& base, std::span<const Vec3> points, Placed& placed) {
   place_with(place_narrow, lattice, base, points, placed);
+}
+
+void sum_runs(const Placed& placed, RunSums& sums) {
+#ifdef SCANMILL_WITH_512
+  static const bool kHas512 = SCANMILL_HAS_512;
+  if (kHas512) return sum_runs_512(placed, sums);
+#endif
+  sum_runs_plain(placed, sums);
+}
+
+/// A point's products come from pairs of int16 of which the second is 0.
+void sum_runs_plain(const Placed& placed, RunSums& sums) {
+  const std::size_t count = placed.first[placed.runs];
+  const __m128i none = _mm_setzero_si128();
+  __m128i squares = none, mixed = none, plain = none;
+  LeastScores scores{sums.least_before.data()};
+  std::int32_t* behind = sums.before[0].data();
+  auto put = [&](int at, __m128i v) { _mm_store_si128(reinterpret_cast<__m128i*>(behind + at), v); };
+  put(0, none), put(4, none), put(8, none);
+  for (std::size_t n = 0; n < count; ++n) {
+    behind += placed.starts[n] * sums.before[0].size();
+    const __m128i steps = _mm_loadl_epi64(reinterpret_cast<const __m128i*>(&placed.steps[2 * n]));
+    const __m128i pairs = _mm_unpacklo_epi16(steps, none);
+    squares = _mm_add_epi32(squares, _mm_madd_epi16(pairs, pairs));
+    mixed = _mm_add_epi32(mixed, _mm_madd_epi16(pairs, _mm_shuffle_epi32(pairs, _MM_SHUFFLE(3, 0, 2, 1))));
+    plain = _mm_add_epi32(plain, _mm_srai_epi32(_mm_unpacklo_epi16(none, steps), 16));
+    put(0, squares), put(4, mixed), put(8, plain);
+    scores.take(placed.starts[n], &placed.score[n]);
+  }
 }
 
 void WholeSums::add(const WholeSums& other) {

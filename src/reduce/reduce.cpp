@@ -9,6 +9,7 @@
 
 #include <algorithm>
 
+#include "base/large_pages.hpp"
 #include "base/text.hpp"
 #include "reduce/binning.hpp"
 #include "reduce/frame.hpp"
@@ -63,9 +64,9 @@ ReducedCloud first_cloud(const LocalFrame& frame, BinTotals& totals, const Param
   cloud.base = frame.base;
   const std::size_t n = totals.bins.size();
   cloud.bins = std::move(totals.bins);
-  cloud.measured.resize(n);
-  cloud.source.resize(n);
-  cloud.counts.resize(n);
+  resize_large(cloud.measured, n);
+  resize_large(cloud.source, n);
+  resize_large(cloud.counts, n);
   cloud.drop.assign(n, Drop::Kept);
   for_each_range(context, n, kGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t row = begin; row < end; ++row) {
@@ -108,7 +109,7 @@ Result<void> pick_representatives(const PointSource& points, const LocalFrame& f
 
 void project(ReducedCloud& cloud, const Frames& frames, const Context& context) {
   const double limit = kMaxProjection * cloud.lattice.edge_mm;
-  cloud.projected.resize(cloud.size());
+  resize_large(cloud.projected, cloud.size());
   for_each_range(context, cloud.size(), kGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t row = begin; row < end; ++row) {
       const double off = dot(cloud.measured[row] - frames.centroid[row], frames.normal[row]);
@@ -142,7 +143,8 @@ std::vector<std::uint8_t> drop_near(ReducedCloud& cloud, const std::vector<std::
                                     const Context& context) {
   if (!params.min_neighbour_distance || !(*params.min_neighbour_distance > 0))
     return std::vector<std::uint8_t>(seen.size(), 0);
-  std::vector<double> order(cloud.size());
+  std::vector<double> order;
+  resize_large(order, cloud.size());
   for_each_range(context, cloud.size(), kGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t row = begin; row < end; ++row)
       order[row] =

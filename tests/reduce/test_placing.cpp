@@ -22,6 +22,13 @@ std::vector<Vec3> points_around(std::size_t count, std::uint64_t seed) {
 const Lattice kLattice{0.375, {0.1, -0.2, 0}};
 const BinKey kBase{-1024, 0, 0};
 
+/// Where a point lies in its bin, in bin edges about the centre.
+Vec3 inside_of(Vec3 p, const BinKey& key) {
+  return {(p.x - kLattice.origin.x) / kLattice.edge_mm - static_cast<double>(key.i) - 0.5,
+          (p.y - kLattice.origin.y) / kLattice.edge_mm - static_cast<double>(key.j) - 0.5,
+          (p.z - kLattice.origin.z) / kLattice.edge_mm - static_cast<double>(key.k) - 0.5};
+}
+
 // Wider vector instructions, where the processor has them, must not change a bit.
 TEST(Placing, IsTheSameInEveryVectorWidth) {
   for (const std::size_t count : {1u, 2u, 7u, 64u, 255u, 256u}) {
@@ -44,44 +51,50 @@ TEST(Placing, FollowsThePlainFormulas) {
   const auto placed = std::make_unique<Placed>();
   place(kLattice, kBase, points, *placed);
   std::size_t run = 0;
-  WholeSums sums;
   for (std::size_t n = 0; n < points.size(); ++n) {
     while (placed->first[run + 1] <= n) ++run;
     const BinKey key = bin_of(kLattice, points[n]);
     EXPECT_EQ((BinKey{kBase.i + placed->bins[run][0], kBase.j + placed->bins[run][1], kBase.k + placed->bins[run][2]}),
               key);
-    const double u[3] = {(points[n].x - kLattice.origin.x) / kLattice.edge_mm - static_cast<double>(key.i) - 0.5,
-                         (points[n].y - kLattice.origin.y) / kLattice.edge_mm - static_cast<double>(key.j) - 0.5,
-                         (points[n].z - kLattice.origin.z) / kLattice.edge_mm - static_cast<double>(key.k) - 0.5};
-    EXPECT_EQ(placed->score[n], u[0] * u[0] + u[1] * u[1] + u[2] * u[2]);
-    double s[3];
-    for (int k = 0; k < 3; ++k) s[k] = std::floor(u[k] * 1024 + 0.5);
-    WholeSums one;
-    one.add(*placed, n, 1);
-    EXPECT_EQ(one.count, 1);
-    EXPECT_EQ(one.x, s[0]);
-    EXPECT_EQ(one.y, s[1]);
-    EXPECT_EQ(one.z, s[2]);
-    EXPECT_EQ(one.xx, s[0] * s[0]);
-    EXPECT_EQ(one.xy, s[0] * s[1]);
-    EXPECT_EQ(one.xz, s[0] * s[2]);
-    EXPECT_EQ(one.yy, s[1] * s[1]);
-    EXPECT_EQ(one.yz, s[1] * s[2]);
-    EXPECT_EQ(one.zz, s[2] * s[2]);
-    sums.add(one);
-  }
-  for (const std::size_t end : {255u, 256u}) {  // odd and even runs add up the same
-    WholeSums whole;
-    whole.add(*placed, 0, end);
-    if (end < 256) {
-      whole.add(*placed, end, 256 - end);
-    }
-    EXPECT_EQ(whole.xx, sums.xx);
-    EXPECT_EQ(whole.yz, sums.yz);
-    EXPECT_EQ(whole.z, sums.z);
-    EXPECT_EQ(whole.count, sums.count);
+    const Vec3 u = inside_of(points[n], key);
+    EXPECT_EQ(placed->score[n], u.x * u.x + u.y * u.y + u.z * u.z);
   }
   EXPECT_EQ(placed->first[placed->runs], points.size());
+}
+
+// Runs of one point and of many, and a tile that is not full.
+TEST(Placing, SumsAndLeastScoresOfRunsAreThoseOfTheirPoints) {
+  const auto placed = std::make_unique<Placed>();
+  const auto sums = std::make_unique<RunSums>(), plain = std::make_unique<RunSums>();
+  for (const double spread : {1.0, 0.01, 1e-6})
+    for (const std::size_t count : {1u, 63u, 64u, 200u, 256u}) {
+      auto points = points_around(count, count + 7);
+      for (Vec3& p : points) p = p * spread;
+      place(kLattice, kBase, points, *placed);
+      sum_runs(*placed, *sums);
+      sum_runs_plain(*placed, *plain);
+      std::uint32_t seen = 0;
+      for (std::size_t run = 0; run < placed->runs; ++run) {
+        ASSERT_EQ(placed->first[run], seen);
+        WholeSums wanted, found;
+        double least = 1e300;
+        for (; seen < placed->first[run + 1]; ++seen) {
+          const Vec3 u = inside_of(points[seen], bin_of(kLattice, points[seen]));
+          const double x = std::floor(u.x * 1024 + 0.5), y = std::floor(u.y * 1024 + 0.5),
+                       z = std::floor(u.z * 1024 + 0.5);
+          wanted.add(WholeSums{x * x, y * y, z * z, 1, x * y, y * z, x * z, z, x, y});
+          least = std::min(least, placed->score[seen]);
+        }
+        found.add(*sums, run);
+        EXPECT_EQ(std::memcmp(&found, &wanted, sizeof found), 0) << "run " << run << " of " << count;
+        EXPECT_EQ(sums->least(run), least);
+        WholeSums narrow;
+        narrow.add(*plain, run);
+        EXPECT_EQ(std::memcmp(&found, &narrow, sizeof found), 0) << "run " << run << " of " << count;
+        EXPECT_EQ(plain->least(run), least);
+      }
+      EXPECT_EQ(seen, count);
+    }
 }
 
 }  // namespace
