@@ -12,9 +12,9 @@
 #include "base/large_pages.hpp"
 #include "base/text.hpp"
 #include "reduce/binning.hpp"
+#include "reduce/drops.hpp"
 #include "reduce/frame.hpp"
 #include "reduce/parts.hpp"
-#include "reduce/thin.hpp"
 
 namespace scanmill::reduce {
 namespace {
@@ -117,62 +117,6 @@ void project(ReducedCloud& cloud, const Frames& frames, const Context& context) 
       cloud.projected[row] = moves ? cloud.measured[row] - frames.normal[row] * off : cloud.measured[row];
     }
   });
-}
-
-double centre_distance2(const ReducedCloud& cloud, std::size_t row) {
-  return norm2(cloud.measured[row] - centre_of(cloud.lattice, cloud.key(row)));
-}
-
-/// By the rules that look at no other point.
-void drop_alone(ReducedCloud& cloud, const Params& params, const Context& context) {
-  const double h = cloud.lattice.edge_mm;
-  for_each_range(context, cloud.size(), kGrain, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t row = begin; row < end; ++row) {
-      if (cloud.drop[row] != Drop::Kept) continue;
-      if (!cloud.frame_valid[row])
-        cloud.drop[row] = Drop::Isolated;
-      else if (params.max_centre_distance &&
-               centre_distance2(cloud, row) > (*params.max_centre_distance * h) * (*params.max_centre_distance * h))
-        cloud.drop[row] = Drop::CentreDistance;
-    }
-  });
-}
-
-/// `seen` and what is returned: as thin().
-std::vector<std::uint8_t> drop_near(ReducedCloud& cloud, const std::vector<std::uint8_t>& seen, const Params& params,
-                                    const Context& context) {
-  if (!params.min_neighbour_distance || !(*params.min_neighbour_distance > 0))
-    return std::vector<std::uint8_t>(seen.size(), 0);
-  std::vector<double> order;
-  resize_large(order, cloud.size());
-  for_each_range(context, cloud.size(), kGrain, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t row = begin; row < end; ++row)
-      order[row] =
-          params.representative == Representative::Centre ? centre_distance2(cloud, row) : cloud.plane_distance[row];
-  });
-  const bool on_projected = params.neighbour_positions == NeighbourPositions::Projected;
-  return thin(cloud, order, *params.min_neighbour_distance, on_projected, seen, context);
-}
-
-void count_drops(const ReducedCloud& cloud, Report& report) {
-  report.bins = cloud.size();
-  for (const Drop drop : cloud.drop) switch (drop) {
-      case Drop::Kept:
-        ++report.kept;
-        break;
-      case Drop::TooFewPoints:
-        ++report.dropped_too_few;
-        break;
-      case Drop::Isolated:
-        ++report.dropped_isolated;
-        break;
-      case Drop::CentreDistance:
-        ++report.dropped_centre_distance;
-        break;
-      case Drop::NeighbourDistance:
-        ++report.dropped_neighbour_distance;
-        break;
-    }
 }
 
 void take_frames(ReducedCloud& cloud, Frames& frames, const Params& params, const Context& context) {

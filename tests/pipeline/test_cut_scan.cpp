@@ -2,11 +2,14 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cstring>
 #include <fstream>
 
 #include "base/digest.hpp"
 #include "pipeline/cut_reduction.hpp"
+#include "pipeline/cut_stars.hpp"
 #include "pipeline/part_rows.hpp"
+#include "support/meshing.hpp"
 #include "support/temp_folder.hpp"
 
 namespace scanmill::pipeline {
@@ -159,6 +162,37 @@ TEST(CutPlate, IsThinnedAsAWholeWhereBricksCannotTell) {
   const auto joined = join_reduction(cut);
   ASSERT_TRUE(joined.ok()) << joined.error().text();
   EXPECT_EQ(whole->cloud.drop, joined->cloud.drop);
+}
+
+/// Triangles of thin walls, borders and two components, from ballots of bricks that hold a handful of points each.
+TEST(CutStars, GiveTheSurfaceOfTheWhole) {
+  const ChunkLoop loop(2);
+  const CancelFlag cancel;
+  const Context context{loop, cancel};
+  const Shells points(24, 4000);
+  const What what = support::what_of(kEdge);
+  NoProgress quiet;
+  const auto whole = reduce::reduce_cloud(points, what.lattice, what.reduce, context);
+  ASSERT_TRUE(whole.ok()) << whole.error().text();
+  const auto wanted = mesh_surface(whole->cloud, whole->report.bounds, what, context, quiet);
+  ASSERT_TRUE(wanted.ok()) << wanted.error().text();
+  ASSERT_GT(wanted->stars.candidates, 20u);
+  for (const std::uint32_t brick_bins : {8u, 32u, 1024u}) {
+    const support::TempFolder folder;
+    const Cut cut{folder.path(), std::string(64, 'a'), 3, 5, brick_bins};
+    const CutReduction reduction(points, what.lattice, what.reduce, cut);
+    for (const auto& wave : waves_of(cut, what.reduce.representative))
+      for (const PartTask& task : wave) ASSERT_TRUE(reduction.make(task, context).ok()) << name_of(task);
+    for (std::uint32_t batch = cut.batches; batch-- > 0;) ASSERT_TRUE(star_batch(cut, batch, what, context).ok());
+    auto ballots = read_ballots(cut);
+    ASSERT_TRUE(ballots.ok()) << ballots.error().text();
+    const auto found =
+        mesh_surface(whole->cloud, whole->report.bounds, what, context, quiet, std::move(ballots).value());
+    ASSERT_TRUE(found.ok()) << found.error().text();
+    EXPECT_EQ(wanted->mesh.triangles, found->mesh.triangles) << brick_bins;
+    EXPECT_EQ(wanted->mesh.positions, found->mesh.positions) << brick_bins;
+    EXPECT_EQ(std::memcmp(&wanted->stars, &found->stars, sizeof wanted->stars), 0) << brick_bins;
+  }
 }
 
 struct SmallCut : testing::Test {
