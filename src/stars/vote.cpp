@@ -182,11 +182,9 @@ std::vector<Ballot> ballots_of(const SurfacePoints& points, const std::vector<St
 std::vector<std::array<std::uint32_t, 2>> links_of(const std::vector<Star>& stars, std::span<const Role> roles,
                                                    const std::vector<Ballot>& ballots) {
   Sides sides(stars.size());
+  // The vote joins the first two corners of every triangle; the third only where these did not contradict each other.
   for (const Ballot& ballot : ballots)
-    for (const Agreed& t : ballot.agreed) {
-      sides.join(t.corners[0], t.corners[1], false);
-      sides.join(t.corners[0], t.corners[2], false);
-    }
+    for (const Agreed& t : ballot.agreed) sides.join(t.corners[0], t.corners[1], false);
   std::vector<std::array<std::uint32_t, 2>> links;
   for_each_neighbour(stars, roles, [&](std::uint32_t i, std::uint32_t q) {
     if (sides.root(i).row != sides.root(q).row) links.push_back({i, q});
