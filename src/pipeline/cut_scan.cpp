@@ -119,7 +119,9 @@ std::optional<PartTask> last_reader(PartStage stage) {
 bool is_done(const Cut& cut, const PartTask& task) {
   if (open_part(cut, task)) return true;
   const auto reader = last_reader(task.stage);
-  return reader && is_done(cut, *reader);
+  if (!reader || !is_done(cut, *reader)) return false;
+  // Points are read together with what `gather` made of the pieces: should that be lost, the pieces are wanted again.
+  return reader->stage != PartStage::Points || open_part(cut, {PartStage::Gather, 0}).has_value();
 }
 
 void remove_read_parts(const Cut& cut, PartStage made) {
