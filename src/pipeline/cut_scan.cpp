@@ -117,7 +117,12 @@ std::optional<PartTask> last_reader(PartStage stage) {
 }  // namespace
 
 bool is_done(const Cut& cut, const PartTask& task) {
-  if (open_part(cut, task)) return true;
+  if (open_part(cut, task)) {
+    if (task.stage != PartStage::Gather || open_part(cut, {PartStage::Points, 0})) return true;
+    for (std::uint32_t n = 0; n < cut.pieces; ++n)
+      if (!PartFile::open(path_of(cut, link_name(n)), kind_of(cut, link_name(n), sizeof(std::uint64_t)))) return false;
+    return true;
+  }
   const auto reader = last_reader(task.stage);
   if (!reader || !is_done(cut, *reader)) return false;
   // Points are read together with what `gather` made of the pieces: should that be lost, the pieces are wanted again.

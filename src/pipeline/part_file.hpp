@@ -8,6 +8,7 @@
 #include <span>
 #include <string>
 #include <type_traits>
+#include <vector>
 
 #include "base/bytes.hpp"
 #include "base/digest.hpp"
@@ -21,7 +22,7 @@ struct PartKind {
   std::uint64_t row_bytes = 0;
 };
 
-/// Rows one after the other, then a text of any length, then a checksum of all.
+/// Rows one after the other, then a text of any length; both with checksums, of the rows block by block.
 class PartWriter {
  public:
   /// errors  NoSpace, IoFailed naming the path
@@ -39,29 +40,33 @@ class PartWriter {
  private:
   std::unique_ptr<ByteSink> sink_;
   Sha256 hash_;
+  std::vector<std::uint32_t> sums_;
   std::uint64_t row_bytes_ = 1, bytes_ = 0;
 };
 
 class PartFile {
  public:
-  /// Nothing when there is no such file, or it is another one's, cut or of another kind: then it is to be made.
+  /// Nothing when there is no such file, or it is another one's, cut or of another kind: then it is to be made. For one
+  /// thread.
   static std::optional<PartFile> open(const std::string& path, const PartKind& kind);
   std::uint64_t rows() const { return rows_; }
   const std::string& text() const { return text_; }
   /// Rows [first, first + out.size() / row_bytes).
-  /// errors  IoFailed naming the file
+  /// errors  IoFailed naming the file; when they are not the bytes that were written it is removed
   Result<void> read(std::uint64_t first, std::span<char> out) const;
   template <class Row>
   Result<void> read_rows(std::uint64_t first, std::span<Row> out) const {
     return read(first, {reinterpret_cast<char*>(out.data()), out.size_bytes()});
   }
-  /// True when the bytes are those that were written.
-  Result<bool> is_sound() const;
 
  private:
   std::shared_ptr<const ByteSource> source_;
+  Error damaged(std::uint64_t at) const;
+
   std::uint64_t row_bytes_ = 1, rows_ = 0;
-  std::string text_, sum_;
+  std::string path_, text_;
+  std::vector<std::uint32_t> sums_;
+  mutable std::vector<std::uint8_t> seen_;  // blocks found to be what was written
 };
 
 }  // namespace scanmill::pipeline

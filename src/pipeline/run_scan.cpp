@@ -170,9 +170,18 @@ Result<void> make_task(const PartTask& task, const ScanPoints& points, const Poi
   return {};
 }
 
-/// Every part of the middle of the job that is not there, one after the other, and what they come to.
+/// Some part at the end of the scan is there.
+bool has_come_far(const Cut& cut) {
+  for (std::uint32_t n = 0; n < cut.pieces; ++n)
+    if (open_part(cut, {PartStage::Verify, n})) return true;
+  return open_part(cut, {PartStage::Swap, 0}).has_value();
+}
+
+/// Every part of the middle of the job that is not there, one after the other, and what they come to: those that a disk
+/// lost. Where the parts have not been made yet it is too early.
 Result<MadeSurface> make_in_parts(const ScanPoints& points, const PointSource& source, const What& what, const Cut& cut,
                                   const Context& context, Progress& progress, StageClock& clock) {
+  if (!has_come_far(cut)) return need_part(cut, {PartStage::Swap, 0}).error();
   for (const auto& wave : scan_waves(cut, what)) {
     const PartStage stage = wave.front().stage;
     if (stage == PartStage::Verify) break;
@@ -185,6 +194,13 @@ Result<MadeSurface> make_in_parts(const ScanPoints& points, const PointSource& s
   auto made = join_surface(cut);
   clock.lap("join");
   return made;
+}
+
+/// Once more when a part was found damaged: it is gone then, and made again.
+template <class Make>
+auto made_or_mended(Make make) -> decltype(make()) {
+  auto made = make();
+  return made.ok() || made.error().code != Code::IoFailed ? std::move(made) : make();
 }
 
 /// From the points to the finished mesh. `source`: the cleaned points in the order they are best read in. `notes`: what
@@ -313,17 +329,25 @@ Result<ScanResult> run_scan(const std::string& archive, const ScanSpec& scan, co
   const PointSource& source = ordered ? *ordered : *cleaned.points;
   const Cut* parts = cut && is_cuttable(what) ? &*cut : nullptr;
   std::vector<std::string> found;
-  auto made = parts ? make_in_parts(*points, source, what, *parts, context, progress, clock)
-                    : make_surface(*points, cleaned, source, what, context, progress, clock, found);
+  const auto in_parts = [&] { return make_in_parts(*points, source, what, *parts, context, progress, clock); };
+  auto made =
+      parts ? made_or_mended(in_parts) : make_surface(*points, cleaned, source, what, context, progress, clock, found);
   if (!made.ok() && parts) return name_file(explained(std::move(made).error(), cleaned), scan);
   if (!made.ok()) return name_file(std::move(made).error(), scan);
+  // Other processes read the points: what the rules took is counted by one pass of its own.
+  if (parts && cleaned.cleaned) {
+    TRY(reduce::read_bounds(WatchedPoints(*cleaned.points, "clean", progress), context));
+    clock.lap("clean");
+  }
 
   ScanResults all{archive, scan, what, *points, cleaned, {}, {}};
   all.refined = &refined;
   progress.stage("verify", 0, 0);
   TRY_ASSIGN(all.quality, verify::quality_of(made->surface.mesh, context));
-  TRY_ASSIGN(Fit fit, parts ? measure_fit_in_pieces(*parts, *made, {WatchedPoints(source, "verify", progress), *points},
-                                                    what, context)
+  const auto fit_of_pieces = [&] {
+    return measure_fit_in_pieces(*parts, *made, {WatchedPoints(source, "verify", progress), *points}, what, context);
+  };
+  TRY_ASSIGN(Fit fit, parts ? made_or_mended(fit_of_pieces)
                             : measure_fit(made->surface, made->reduction.cloud, source, what, context, progress));
   // Which blocks were read is known when all pieces are there.
   if (parts)

@@ -47,6 +47,8 @@ class Scheduler {
   void show(ScanEntry& entry);
   void put_on_list(std::size_t scan);
   void put_next_wave(std::size_t scan);
+  bool is_at_work(std::size_t scan) const;
+  void begin_again(std::size_t scan, const ScanEntry& entry);
   void tell_of_cut(std::size_t scan, const CutParts& parts);
   void end_part(const WorkItem& item, Ended&& ended);
   WorkItem take_from_work(const Order& order);
@@ -84,7 +86,10 @@ class Scheduler {
     std::uint64_t bytes = 0;  // of the scan
     std::optional<ScanEntry> failed;
     std::string fingerprint;
-    bool idle = false;  // its parts are not needed
+    bool idle = false;   // its parts are not needed
+    bool again = false;  // from the first wave on, once nothing of the scan is at work
+    int passing = 0;     // faults so far that may pass
+    Clock::time_point not_before{};
   };
   std::map<std::size_t, CutState> cut_;
   std::vector<std::uint64_t> remembered_;  // memory that a scan was found to need

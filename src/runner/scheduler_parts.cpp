@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Scans that are cut: their parts wave by wave, then the scan itself.
 #include <algorithm>
+#include <cmath>
 
 #include "base/text.hpp"
 #include "runner/scheduler.hpp"
@@ -29,6 +30,8 @@ void Scheduler::put_next_wave(std::size_t scan) {
   item.scan = scan;
   item.bytes = cut.bytes;
   item.memory = remembered_[scan];
+  item.not_before = cut.not_before;
+  item.transient = cut.passing;
   if (cut.next == cut.waves.size()) {
     cut_.erase(scan);
     return list_.add(item);
@@ -41,6 +44,26 @@ void Scheduler::put_next_wave(std::size_t scan) {
     item.part = part;
     list_.add(item);
   }
+}
+
+bool Scheduler::is_at_work(std::size_t scan) const {
+  return std::any_of(at_work_.begin(), at_work_.end(), [&](const WorkItem& item) { return item.scan == scan; });
+}
+
+/// A part failed for a reason that may pass. One that it reads may be lost or was found damaged, so all of the scan's
+/// waves come again: what is there is not made anew.
+void Scheduler::begin_again(std::size_t scan, const ScanEntry& entry) {
+  CutState& cut = cut_[scan];
+  const double wait = p_.how.retry_wait_s * std::pow(4, cut.passing++);
+  cut.not_before = Clock::now() + std::chrono::milliseconds(static_cast<std::int64_t>(1000 * wait));
+  cut.again = true;
+  cut.next = 0;
+  list_.drop(scan);
+  p_.console.note(entry.name, entry.error.text() + "; tried again in " + number_text(wait) + " s");
+  ScanEntry& next = p_.report.scans[scan];
+  next.fate = ScanFate::Pending;
+  next.failure = FailureClass::None;
+  next.error = {Code::Internal, {}, {}};
 }
 
 /// A part is there, is tried again, or its scan has failed. The others of the scan come to their end first.
@@ -72,7 +95,20 @@ void Scheduler::end_part(const WorkItem& item, Ended&& ended) {
     list_.drop(item.scan);
   }
   const bool failed = entry.failure != FailureClass::None;
-  if (failed && !cut.failed && !output_is_bad && goes_again(item, ended, entry)) return;
+  const bool may_begin_again =
+      cut.passing < p_.how.retry_transient && p_.stop.signal == 0 && !p_.stop.flag.is_set() && !p_.options.dry_run;
+  if (failed && !cut.failed && !output_is_bad && entry.failure == FailureClass::Transient && may_begin_again) {
+    begin_again(item.scan, entry);
+  } else if (failed && !cut.failed && !output_is_bad && goes_again(item, ended, entry)) {
+    return;
+  }
+  if (cut.again) {
+    if (!is_at_work(item.scan)) {
+      cut.again = false;
+      put_next_wave(item.scan);
+    }
+    return;
+  }
   if (failed) {
     if (!cut.failed) {
       cut.failed = entry;
@@ -81,11 +117,9 @@ void Scheduler::end_part(const WorkItem& item, Ended&& ended) {
     }
     entry = *cut.failed;
   }
-  const auto at_work =
-      std::count_if(at_work_.begin(), at_work_.end(), [&](const WorkItem& other) { return other.scan == item.scan; });
   if (cut.failed) {
     entry = *cut.failed;
-    if (at_work > 0) return;
+    if (is_at_work(item.scan)) return;
     WorkItem whole = item;
     whole.part.clear();
     whole.bytes = cut.bytes;
@@ -98,7 +132,7 @@ void Scheduler::end_part(const WorkItem& item, Ended&& ended) {
     return;
   }
   if (cut.idle) {  // the scan itself says why
-    if (at_work > 0) return;
+    if (is_at_work(item.scan)) return;
     cut.next = cut.waves.size();
     return put_next_wave(item.scan);
   }
