@@ -250,6 +250,11 @@ void add_tool_commands(CLI::App& app, Options& options) {
   bench
       .add_option("--points", options.scale.points, "scale: numbers of points such as 1e6,1e7; 1e5,1e6,1e7 by default.")
       ->delimiter(',');
+  bench
+      .add_option("--bricks", options.scale.bricks,
+                  "scale: edges of bricks in bins such as 0,64,256 (as brick.edge_bins); 0, the default: in one piece.")
+      ->delimiter(',')
+      ->check(CLI::IsMember({0, 8, 16, 32, 64, 128, 256}));
   bench.add_option("--per-bin", options.scale.per_bin, "scale: points a bin, which chooses its size; 60 by default.")
       ->check(CLI::Range(0.1, 1e6));
   bench.add_option("--seed", options.scale.seed, "scale: of the clouds' noise; 1 by default.");
@@ -386,6 +391,7 @@ bool is_job_file(const std::string& word) {
 /// An option that only `bench scale` takes; empty when none was given.
 std::string scale_option_of(const pipeline::ScaleChoice& scale) {
   return !scale.points.empty()      ? "--points"
+         : !scale.bricks.empty()    ? "--bricks"
          : !scale.generate.empty()  ? "--generate"
          : scale.as_views           ? "--views"
          : scale.keep               ? "--keep"

@@ -9,6 +9,7 @@
 #include <string_view>
 #include <tuple>
 
+#include "base/digest.hpp"
 #include "base/text.hpp"
 #include "pipeline/bench_cloud.hpp"
 #include "pipeline/scale_report.hpp"
@@ -25,6 +26,9 @@ namespace {
 
 constexpr int kLookEveryMs = 20;
 constexpr std::uint64_t kLongestRunFile = 64 << 20;
+// A scan has a piece and a batch for each begun half gigabyte; smaller ones are asked for so many, or there would be
+// next to nothing for processes to share.
+constexpr std::uint64_t kBytesOfPart = 512ull << 20, kFewPieces = 4, kFewBatches = 8;
 constexpr double kLeastPoints = 1e3, kMostScalePoints = 1e12;
 
 Result<std::vector<std::uint64_t>> sizes_of(const ScaleChoice& choice) {
@@ -119,34 +123,50 @@ void add_stages(const Node& seconds, const Node& cpu_seconds, const ChildRun& ch
   }
 }
 
-Result<ScaleRun> run_once(const ScaleChoice& choice, const std::string& folder, std::uint64_t points,
-                          std::int64_t threads, double bin_mm, const Context& context) {
-  const std::string out = folder + "/out-" + std::to_string(threads);
+/// The words of `scanmill run` that cut the scan into bricks.
+std::vector<std::string> cutting_words(std::int64_t bricks, std::uint64_t bytes) {
+  if (bricks == 0) return {};
+  std::vector<std::string> words{"--set", "brick.edge_bins=" + std::to_string(bricks)};
+  const std::uint64_t by_bytes = bytes / kBytesOfPart + 1;
+  if (by_bytes < kFewPieces) words.insert(words.end(), {"--set", "brick.pieces=" + std::to_string(kFewPieces)});
+  if (by_bytes < kFewBatches) words.insert(words.end(), {"--set", "brick.batches=" + std::to_string(kFewBatches)});
+  return words;
+}
+
+Result<std::string> mesh_digest(const std::string& out) {
+  const std::string path = out + "/scans/cloud/mesh.stl";
+  TRY_ASSIGN(const auto source, store::open_file(path, path));
+  return sha256_of(*source);
+}
+
+/// `run` has points, bricks and threads; the rest is filled in.
+Result<ScaleRun> run_once(const ScaleChoice& choice, const std::string& folder, std::uint64_t bytes, ScaleRun run,
+                          const Context& context) {
+  const std::string out =
+      folder + "/out-" + std::to_string(run.threads) + (run.bricks == 0 ? "" : "-bricks-" + std::to_string(run.bricks));
   TRY(store::remove_tree(out));
-  std::vector<std::string> words{choice.executable, "run",       folder + "/job.yaml",   "--out", out,
-                                 "--json",          "--threads", std::to_string(threads)};
+  std::vector<std::string> words{choice.executable, "run",       folder + "/job.yaml",       "--out", out,
+                                 "--json",          "--threads", std::to_string(run.threads)};
+  const std::vector<std::string> cutting = cutting_words(run.bricks, bytes);
+  words.insert(words.end(), cutting.begin(), cutting.end());
   if (!choice.memory.empty()) words.insert(words.end(), {"--memory", choice.memory});
   TRY_ASSIGN(const ChildRun child, run_watched(words, kLookEveryMs, context));
-  if (child.exit_code != 0)
+  if (child.exit_code != 0) {
+    const std::string why = failure_in(child.said);
     return fail(Code::BadInput,
-                "scanmill run over " + counted(points, "point") + " with " +
-                    counted(static_cast<std::uint64_t>(threads), "thread") + " ends with exit code " +
-                    std::to_string(child.exit_code) + ":\n" +
-                    child.said.substr(0, child.said.find_last_not_of('\n') + 1),
+                "scanmill run over " + name_of(run) + " ends with exit code " + std::to_string(child.exit_code) +
+                    (why.empty() ? " and says nothing" : ": " + why),
                 folder);
+  }
   TRY_ASSIGN(const auto source, store::open_file(out + "/run.json", out + "/run.json"));
   TRY_ASSIGN(const std::string text, read_all(*source, kLongestRunFile));
   TRY_ASSIGN(const Node document, document::parse_json(text, out + "/run.json"));
   const Node* scans = document.find("scans");
   const Node* counts =
       scans && scans->is_sequence() && scans->items().size() == 1 ? scans->items()[0].find("counts") : nullptr;
-  if (!counts || static_cast<std::uint64_t>(number_in(*counts, "points_read")) != points)
-    return fail(Code::Internal, "found no scan of " + counted(points, "point") + "; please report this",
+  if (!counts || static_cast<std::uint64_t>(number_in(*counts, "points_read")) != run.points)
+    return fail(Code::Internal, "found no scan of " + counted(run.points, "point") + "; please report this",
                 out + "/run.json");
-  ScaleRun run;
-  run.points = points;
-  run.threads = threads;
-  run.bin_mm = bin_mm;
   run.bins = static_cast<std::uint64_t>(number_in(*counts, "bins"));
   run.kept = static_cast<std::uint64_t>(number_in(*counts, "kept"));
   run.triangles = static_cast<std::uint64_t>(number_in(*counts, "triangles"));
@@ -154,8 +174,10 @@ Result<ScaleRun> run_once(const ScaleChoice& choice, const std::string& folder, 
   run.wall_s = child.wall_s;
   run.peak_bytes = child.peak_held;
   run.peak_resident = child.peak_resident;
+  TRY_ASSIGN(run.stl_sha256, mesh_digest(out));
   const Node *wall = scans->items()[0].find("stage_seconds"), *cpu = scans->items()[0].find("stage_cpu_seconds");
-  if (wall && wall->is_map() && cpu && cpu->is_map()) add_stages(*wall, *cpu, child, run);
+  // Of a scan in bricks these are the times of its last task alone.
+  if (run.bricks == 0 && wall && wall->is_map() && cpu && cpu->is_map()) add_stages(*wall, *cpu, child, run);
   if (!choice.keep) TRY(store::remove_tree(out));
   return run;
 }
@@ -175,11 +197,18 @@ Result<void> measure_size(const ScaleChoice& choice, const Workshop& shop, std::
   report.made.push_back({points, bytes, watch.cpu_seconds[0], watch.wall_seconds[0]});
   TRY(store::write_text(folder + "/job.yaml", job_text(choice, bin_mm)));
   std::uint64_t done = 0;
-  for (const std::int64_t threads : choice.threads) {
-    progress.stage("run " + grouped(points), done++, choice.threads.size());
-    TRY_ASSIGN(ScaleRun run, run_once(choice, folder, points, threads, bin_mm, context));
-    report.runs.push_back(std::move(run));
-  }
+  for (const std::int64_t bricks : choice.bricks)
+    for (const std::int64_t threads : choice.threads) {
+      progress.stage("run " + grouped(points), done++, choice.bricks.size() * choice.threads.size());
+      ScaleRun asked;
+      asked.points = points;
+      asked.bricks = bricks;
+      asked.threads = threads;
+      asked.bin_mm = bin_mm;
+      TRY_ASSIGN(ScaleRun run, run_once(choice, folder, bytes, std::move(asked), context));
+      TRY(check_same_mesh(report, run));
+      report.runs.push_back(std::move(run));
+    }
   if (!choice.keep) TRY(store::remove_tree(folder));
   return {};
 }
@@ -220,6 +249,9 @@ Result<ToolReport> bench_scale(const ScaleChoice& given, const Context& context,
   TRY_ASSIGN(const std::vector<std::uint64_t> sizes, sizes_of(choice));
   if (!choice.generate.empty()) return generate(choice, sizes, context, progress);
   if (choice.threads.empty()) choice.threads = {choice.cores};
+  if (choice.bricks.empty()) choice.bricks = {0};
+  std::sort(choice.bricks.begin(), choice.bricks.end());
+  choice.bricks.erase(std::unique(choice.bricks.begin(), choice.bricks.end()), choice.bricks.end());
   if (choice.keep && choice.out.empty())
     return fail(Code::BadUsage, "keeps clouds and output trees in the folder of --out; give one",
                 "command line: --keep");

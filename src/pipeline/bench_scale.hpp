@@ -12,6 +12,7 @@ namespace scanmill::pipeline {
 struct ScaleChoice {
   std::vector<std::string> points;    // numbers such as 1e6; 1,000 to 1e12 each; 1e5, 1e6, 1e7 when empty
   std::vector<std::int64_t> threads;  // of the runs; empty: the greatest number alone
+  std::vector<std::int64_t> bricks;   // edges in bins of the runs' bricks, 0 in one piece; empty: 0 alone
   double per_bin = 60;                // points that the bins hold in the mean, about; chooses the bin size
   std::uint64_t seed = 1;
   bool as_views = false;  // a file per view in place of one file
@@ -27,11 +28,12 @@ struct ScaleChoice {
 /// edge.
 double scale_bin_mm(double per_bin);
 
-/// Makes each cloud, runs the job over it as child processes of `executable` at every number of threads, and reports
-/// CPU and wall time, peak memory of the tree of processes, and the throughput of every stage. Clouds are removed as
-/// soon as their runs have ended.
-/// errors  BadUsage for options that cannot be and disks without room; BadInput with the words of a run that fails;
-///         Cancelled
+/// Makes each cloud, runs the job over it as child processes of `executable` with every edge of bricks at every number
+/// of threads, and reports CPU and wall time, peak memory of the tree of processes, and the throughput of every stage.
+/// The STL files of all runs over a cloud must hold the same bytes. Clouds are removed as soon as their runs have
+/// ended. errors  BadUsage for options that cannot be and disks without room; BadInput with the words of a run that
+/// fails;
+///         Internal naming two runs over one cloud whose meshes differ; Cancelled
 Result<ToolReport> bench_scale(const ScaleChoice& choice, const Context& context, Progress& progress);
 
 }  // namespace scanmill::pipeline

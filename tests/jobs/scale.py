@@ -69,6 +69,37 @@ def whole_jobs_are_measured(work):
     assert values["input"]["files"] == "views" and set(os.listdir(work)) == before
 
 
+def bricks_make_the_same_mesh(work):
+    text = run("bench", "scale", "--points", "1e5", "--bricks", "32,0", "--threads", "2", "--out", f"{work}/o", "--keep")
+    report = json.load(open(f"{work}/o/scale.json"))
+    jsonschema.validate(report, json.load(open(f"{ROOT}/schemas/scale.schema.json")))
+    whole, cut = report["runs"]
+    assert (whole["bricks"], cut["bricks"]) == (0, 32), report
+    # Of a cut scan run.json times the last task alone.
+    assert whole["stages"] and "stages" not in cut, cut
+    assert cut["cpu_s"] > 0 and cut["wall_s"] > 0 and cut["peak_bytes"] > 1 << 20, cut
+    stages = [line.split() for line in text.splitlines() if line.startswith(("reduce, points", "stars, kept points"))]
+    assert len(stages) == 2 and all(words[-1] == "-" and words[-2] != "-" for words in stages), text
+    table = [line.split() for line in text.splitlines() if line.startswith("100,000 ")]
+    assert [words[:3] for words in table] == [["100,000", "-", "2"], ["100,000", "32", "2"]], text
+    # It was cut indeed, and the bytes are those of one piece.
+    folder = f"{work}/o/points-100000"
+    one, many = (json.load(open(f"{folder}/{tree}/run.json")) for tree in ("out-2", "out-2-bricks-32"))
+    assert set(many["job"]["set"]) == {"brick.edge_bins=32", "brick.pieces=4", "brick.batches=8"} and not one["job"].get("set"), many
+    assert "join" in many["scans"][0]["stage_seconds"] and "join" not in one["scans"][0]["stage_seconds"], many
+    trees = [open(f"{folder}/{tree}/scans/cloud/mesh.stl", "rb").read() for tree in ("out-2", "out-2-bricks-32")]
+    assert trees[0] == trees[1]
+    assert {hashlib.sha256(stl).hexdigest() for stl in trees} == {whole["stl_sha256"], cut["stl_sha256"]}
+
+
+def a_run_that_fails_says_why(work):
+    failed = subprocess.run([SCANMILL, "bench", "scale", "--points", "1e4", "--threads", "2", "--bricks", "64", "--memory", "64M"],
+                            capture_output=True, text=True)
+    assert failed.returncode == 3, failed
+    assert "10,000 points with 2 threads in bricks of 64 bins ends with exit code 2: memory cap: found 64 MiB;" in failed.stderr, failed
+    assert "{" not in failed.stderr and len(failed.stderr.splitlines()) == 1, failed
+
+
 def wrong_words_are_refused(work):
     for words, wanted in (
         (("scale", "--points", "1e3,many"), "found 'many'"),
@@ -76,6 +107,8 @@ def wrong_words_are_refused(work):
         (("scale", "--generate", f"{work}/x.ply"), "makes one cloud"),
         (("scale", "--keep"), "--out"),
         (("scale", "--file", "x.ply"), "makes its clouds itself"),
+        (("scale", "--bricks", "0,7"), "--bricks"),
+        (("reduce", "--bricks", "64"), "belongs to bench scale"),
         (("reduce", "--points", "1e5"), "belongs to bench scale"),
         (("reduce", "--threads", "1,2"), "belongs to bench scale"),
         (("scale", "--generate", f"{work}/x.ply", "--points", "1e12"), "the disk has"),
@@ -87,4 +120,5 @@ def wrong_words_are_refused(work):
     assert os.listdir(work) == [], os.listdir(work)
 
 
-run_case([the_same_cloud_every_time, views_hold_the_cloud, whole_jobs_are_measured, wrong_words_are_refused])
+run_case([the_same_cloud_every_time, views_hold_the_cloud, whole_jobs_are_measured, bricks_make_the_same_mesh,
+          a_run_that_fails_says_why, wrong_words_are_refused])
