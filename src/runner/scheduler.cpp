@@ -343,9 +343,14 @@ std::string Scheduler::lack_of_space(const WorkItem& item) const {
   const auto space = store::free_space(p_.tree.root());
   const std::uint64_t needs = item.bytes + kLeastSpace;
   if (!space || *space >= space_floor_ + needs) return {};
-  return bytes_text(*space) + " are free, of which " + bytes_text(space_floor_) + " are to stay free, and " +
-         name(item.scan) + " needs about " + bytes_text(needs) +
-         "; free space or raise resources.disk, and run again: what is done is kept";
+  const std::string of_scan = name(item.scan) + " needs " + bytes_text(needs) + " at least; ";
+  if (p_.how.disk > 0)
+    return "of the " + bytes_text(p_.how.disk) + " of disk that resources.disk (--disk) allows the run " +
+           bytes_text(*space - std::min(*space, space_floor_)) + " are left, and " + of_scan +
+           "raise it, and run again: what is done is kept";
+  return bytes_text(*space) + " of disk are free, of which the run leaves " + bytes_text(space_floor_) +
+         " alone, and " + of_scan +
+         "free space or say how much the run may use (resources.disk, --disk), and run again: what is done is kept";
 }
 
 void Scheduler::put_off(const std::string& why) {
