@@ -8,6 +8,7 @@ bricks.py CASE        (environment: SCANMILL)
 import glob
 import json
 import os
+import resource
 import signal
 import subprocess
 import sys
@@ -59,6 +60,11 @@ def counts(out):
         return [scan["counts"] for scan in json.load(file)["scans"]]
 
 
+def cpu_seconds(out):
+    with open(f"{out}/run.json") as file:
+        return sum(scan["cpu_seconds"] for scan in json.load(file)["scans"])
+
+
 def same(a, b, name="part"):
     for file in FILES:
         with open(f"{a}/scans/{name}/{file}", "rb") as x, open(f"{b}/scans/{name}/{file}", "rb") as y:
@@ -74,9 +80,13 @@ def cuts_change_no_byte(work):
     for number, (edge, pieces, batches, threads, executor) in enumerate(
             [(8, 5, 64, 2, "local"), (32, 12, 7, 1, "local"), (64, 1, 3, 7, "inline"), (256, 3, 1, 2, "local")]):
         out = f"{work}/cut{number}"
+        before = resource.getrusage(resource.RUSAGE_CHILDREN)
         run(f"{work}/job.yaml", out, "--threads", str(threads), "--executor", executor, "--set",
             f"brick.edge_bins={edge}", "--set", f"brick.pieces={pieces}", "--set", f"brick.batches={batches}")
+        after = resource.getrusage(resource.RUSAGE_CHILDREN)
+        spent = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
         same(f"{work}/whole", out)
+        assert 0 < cpu_seconds(out) < 0.1 + spent, f"{cpu_seconds(out)} of {spent} CPU seconds of the {executor} run"
         assert not os.path.exists(f"{out}/work"), "parts stay behind"
         # Another time, the same content: no part is made, and none stays.
         os.utime(f"{work}/archive/part.ply")
