@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "runner/operate.hpp"
 
-#include <signal.h>
-
 #include <algorithm>
 #include <cerrno>
 #include <cmath>
@@ -64,8 +62,8 @@ Live look_at_run(const OutputTree& tree) {
   Live live{read_tree(tree.live_file()), false, false};
   if (!live.tree) return live;
   live.is_here = text_in(*live.tree, "host") == host_name();
-  const auto pid = static_cast<pid_t>(number_in(*live.tree, "pid"));
-  live.is_alive = live.is_here && pid > 0 && (kill(pid, 0) == 0 || errno == EPERM);
+  const auto pid = static_cast<int>(number_in(*live.tree, "pid"));
+  live.is_alive = live.is_here && is_process_alive(pid);
   return live;
 }
 

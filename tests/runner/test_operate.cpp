@@ -17,12 +17,12 @@ namespace {
 class Status : public RunnerTest {
  protected:
   /// live.json of a run by this process with one scan at work.
-  void live(const std::string& heartbeat, int worker, double silent_s, bool stopping) {
+  void live(const std::string& heartbeat, int worker, double silent_s, bool stopping, int driver = getpid()) {
     const OutputTree tree(root + "/out");
     ASSERT_TRUE(tree.prepare().ok());
-    spill(tree.live_file(), "{\"scanmill_live\":1,\"host\":\"" + host_name() +
-                                "\",\"pid\":" + std::to_string(getpid()) + ",\"job\":\"job.yaml\",\"heartbeat\":\"" +
-                                heartbeat + "\",\"seconds\":3,\"stopping\":" + (stopping ? "true" : "false") +
+    spill(tree.live_file(), "{\"scanmill_live\":1,\"host\":\"" + host_name() + "\",\"pid\":" + std::to_string(driver) +
+                                ",\"job\":\"job.yaml\",\"heartbeat\":\"" + heartbeat +
+                                "\",\"seconds\":3,\"stopping\":" + (stopping ? "true" : "false") +
                                 ",\"counts\":{\"done\":1},\"running\":[{\"scan\":\"a\",\"stage\":\"grow\"," +
                                 "\"seconds\":2,\"silent_s\":" + std::to_string(silent_s) +
                                 ",\"pid\":" + std::to_string(worker) + ",\"threads\":1}]}");
@@ -63,6 +63,24 @@ TEST_F(Status, TellsOfSilence) {
 TEST_F(Status, TellsOfARunThatIsStopping) {
   live(utc_now(), getpid(), 0.5, true);
   EXPECT_TRUE(status().starts_with("stopping, running for ")) << status();
+}
+
+TEST_F(Status, TakesADriverThatNobodyWaitedForForDead) {
+  const pid_t child = fork();
+  if (child == 0) _exit(0);
+  siginfo_t info{};
+  ASSERT_EQ(waitid(P_PID, static_cast<id_t>(child), &info, WEXITED | WNOWAIT), 0);
+  ASSERT_EQ(kill(child, 0), 0) << "its number is still taken";
+  live(utc_now(), 0, 0.5, false, child);
+  EXPECT_TRUE(status().starts_with("the run was killed, last sign ")) << status();
+  std::FILE* out = std::tmpfile();
+  {
+    Console console({ProgressStyle::None, false, false}, out, out);
+    EXPECT_EQ(cancel_run(root + "/out", console), 0);
+  }
+  std::fclose(out);
+  EXPECT_FALSE(std::filesystem::exists(OutputTree(root + "/out").cancel_file())) << "there is nobody to read it";
+  waitpid(child, nullptr, 0);
 }
 
 TEST_F(Status, TellsOfAProcessThatWasStopped) {
