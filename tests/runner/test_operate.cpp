@@ -28,10 +28,13 @@ class Status : public RunnerTest {
                                 ",\"pid\":" + std::to_string(worker) + ",\"threads\":1}]}");
   }
   std::string status() const {
+    return said_by([&](Console& console) { return show_status(root + "/out", console); });
+  }
+  static std::string said_by(const std::function<int(Console&)>& command) {
     std::FILE* out = std::tmpfile();
     {
       Console console({ProgressStyle::None, false, false}, out, out);
-      EXPECT_EQ(show_status(root + "/out", console), 0);
+      EXPECT_EQ(command(console), 0);
     }
     std::string text(static_cast<std::size_t>(std::ftell(out)), '\0');
     std::rewind(out);
@@ -73,14 +76,47 @@ TEST_F(Status, TakesADriverThatNobodyWaitedForForDead) {
   ASSERT_EQ(kill(child, 0), 0) << "its number is still taken";
   live(utc_now(), 0, 0.5, false, child);
   EXPECT_TRUE(status().starts_with("the run was killed, last sign ")) << status();
-  std::FILE* out = std::tmpfile();
-  {
-    Console console({ProgressStyle::None, false, false}, out, out);
-    EXPECT_EQ(cancel_run(root + "/out", console), 0);
-  }
-  std::fclose(out);
+  const std::string text = said_by([&](Console& console) { return cancel_run(root + "/out", console); });
+  EXPECT_NE(text.find("no run to stop"), std::string::npos) << text;
   EXPECT_FALSE(std::filesystem::exists(OutputTree(root + "/out").cancel_file())) << "there is nobody to read it";
   waitpid(child, nullptr, 0);
+}
+
+/// An output whose run was killed: parts of scans of every fate.
+class Garbage : public Status {
+ protected:
+  void SetUp() override {
+    Status::SetUp();
+    ASSERT_TRUE(tree().prepare().ok());
+    for (const char* scan : {"at/work", "not-yet", "made", "gone", "lost"})
+      spill(tree().parts(scan) + "/map-0.part", std::string(1024, 'p'));
+    spill(tree().names_file(), R"({"scanmill_names":1,"scans":["at/work","made","not-yet"]})");
+    spill(tree().run_file(), R"({"scans":[{"name":"at/work","state":"pending"},{"name":"made","state":"done"},)"
+                             R"({"name":"gone","state":"vanished"}]})");
+  }
+  OutputTree tree() const { return OutputTree(root + "/out"); }
+  bool has_parts(const std::string& scan) const { return std::filesystem::exists(tree().parts(scan)); }
+  std::string collect(bool dry_run) const {
+    return said_by([&](Console& console) { return collect_garbage(root + "/out", dry_run, console); });
+  }
+};
+
+TEST_F(Garbage, LeavesThePartsOfScansThatAreToBeMade) {
+  const std::string dry = collect(true);
+  EXPECT_NE(dry.find("2 KiB of parts of 2 scans to be made"), std::string::npos) << dry;
+  EXPECT_TRUE(has_parts("made")) << dry;
+  const std::string text = collect(false);
+  EXPECT_NE(text.find("2 KiB of parts of 2 scans to be made"), std::string::npos) << text;
+  EXPECT_TRUE(has_parts("at/work") && has_parts("not-yet")) << text;
+  EXPECT_FALSE(has_parts("made") || has_parts("gone") || has_parts("lost")) << text;
+  EXPECT_NE(collect(false).find("nothing to remove"), std::string::npos);
+}
+
+TEST_F(Garbage, TakesAllPartsWhenNoScanWantsThem) {
+  spill(tree().run_file(), R"({"scans":[{"name":"at/work","state":"done"},{"name":"made","state":"done"},)"
+                           R"({"name":"not-yet","state":"unchanged"}]})");
+  EXPECT_EQ(collect(false).find("to be made"), std::string::npos);
+  EXPECT_FALSE(std::filesystem::exists(tree().parts()));
 }
 
 TEST_F(Status, TellsOfAProcessThatWasStopped) {
