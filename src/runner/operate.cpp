@@ -105,6 +105,9 @@ std::string running_line(const Node& row, double silence) {
   if (const double total = number_in(row, "total"); total > 0)
     line += "  " + std::to_string(static_cast<int>(100 * number_in(row, "done") / total)) + " %";
   line += "  for " + clock_text(number_in(row, "seconds") + silence) + " h";
+  if (const double parts = number_in(row, "parts"); parts > 0)
+    line += ", " + number_text(number_in(row, "parts_done")) + " of " +
+            counted(static_cast<std::uint64_t>(parts), "part") + " done";
   if (const std::string place = text_in(row, "place"); !place.empty()) line += ", " + place;
   if (number_in(row, "pid") > 0) line += ", pid " + std::to_string(static_cast<long>(number_in(row, "pid")));
   return line + ", " + counted(static_cast<std::uint64_t>(number_in(row, "threads")), "thread") +

@@ -133,6 +133,28 @@ TEST_F(Status, TellsOfAProcessThatWasStopped) {
   waitpid(child, &how, 0);
 }
 
+TEST(RunLine, CountsThePartsOfACutScan) {
+  const RunReport report;
+  const std::vector<std::string> names{"bun"};
+  std::vector<Running> running(1);
+  running[0].order.part = "frame 3";
+  running[0].stage = "pick";
+  running[0].began = std::chrono::steady_clock::now();
+  RunPicture picture{report, running, names, 2, 500, 1000, {}, 70};
+  EXPECT_EQ(line_of(picture).find("part"), std::string::npos);
+  const std::map<std::size_t, PartCount> parts{{0, {19, 36, 1000}}};
+  picture.parts = &parts;
+  EXPECT_NE(line_of(picture).find("(bun frame 3 pick 0:00, 19 of 36 parts done)"), std::string::npos)
+      << line_of(picture);
+  EXPECT_NE(block_of(picture).front().find(", 19 of 36 parts done"), std::string::npos) << block_of(picture).front();
+  const document::Node tree = to_document(picture, 1);
+  const document::Node& row = tree.find("running")->items()[0];
+  EXPECT_EQ(row.find("parts_done")->as_integer(), 19);
+  EXPECT_EQ(row.find("parts")->as_integer(), 36);
+  running[0].order.part.clear();  // the scan itself is put together
+  EXPECT_EQ(line_of(picture).find("parts"), std::string::npos);
+}
+
 TEST(TimeLeft, CountsCoreTimeAndWhatIsBegun) {
   const RunReport report;
   RunPicture picture{report, {}, {}, 3, 100, 500, {}, 70};
