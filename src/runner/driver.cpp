@@ -111,6 +111,7 @@ class Driver {
       report_.notes.push_back("memory cap: found " + bytes_text(report_.memory_cap) +
                               "; this machine, or its control group, has " + bytes_text(there) +
                               ": the system may kill what takes more");
+    note_idle_cut();
     for (const std::string& note : report_.notes) console_.note("", note);
     report_.scans.reserve(selection_.scans.size());
     for (const SelectedScan& scan : selection_.scans) {
@@ -174,6 +175,16 @@ class Driver {
   int refuse(const Error& error, int code) {
     console_.complain(error);
     return code;
+  }
+
+  /// Keys of a cut that cuts nothing.
+  void note_idle_cut() {
+    const BrickKeys& keys = job_.how.brick;
+    if (keys.edge_bins > 0 || (keys.pieces == 0 && keys.batches == 0)) return;
+    for (const SelectedScan& scan : selection_.scans)
+      if (keys.cut_from > 0 && work_.look_at(scan.number).bytes >= keys.cut_from) return;
+    report_.notes.push_back(std::string("brick.") + (keys.pieces > 0 ? "pieces" : "batches") +
+                            " does nothing here: no scan of this run is cut without brick.edge_bins; give it, 256 say");
   }
 
   /// The output takes nothing: say so once, and do not try to write the rest.

@@ -43,7 +43,7 @@ struct Ended {
   bool killed_by_system = false;   // SIGKILL that this program did not send: the usual sign of a lack of memory
   bool over_time = false;
   bool reused = false;  // the process had made other scans before
-  double seconds = 0, cpu_seconds = 0;
+  double seconds = 0, cpu_seconds = 0;  // of this attempt alone
   std::uint64_t peak_memory = 0;
 };
 

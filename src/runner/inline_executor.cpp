@@ -11,11 +11,12 @@ class InlineExecutor final : public Executor {
 
   Result<void> start(const Order& order) override {
     const auto began = std::chrono::steady_clock::now();
+    const double cpu = cpu_seconds();
     Ended ended;
     ended.order = order;
     ended.attempt = make_(order, progress_);
     ended.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
-    ended.cpu_seconds = ended.attempt->entry.cpu_seconds;
+    ended.cpu_seconds = cpu_seconds() - cpu;  // that of the entry counts all attempts so far
     ended.peak_memory = ended.attempt->entry.peak_memory;
     ended_.push_back(std::move(ended));
     return {};

@@ -73,6 +73,8 @@ struct Child {
   bool stays = false;   // takes another scan
   bool killed = false, over_time = false;
   std::uint64_t memory = 0;  // cap of its first order: what its idle memory was counted in
+  double cpu_seconds = 0;    // of the answer
+  double cpu_before = 0;     // of the process, for scans that it made before
 };
 
 /// A worker that has answered and waits for the next scan.
@@ -81,6 +83,7 @@ struct IdleWorker {
   int pipe = -1;
   std::uint64_t memory = 0;
   Clock::time_point since;
+  double cpu_seconds = 0;  // of all that it made
 };
 
 Node to_document(const Order& order) {
@@ -145,7 +148,7 @@ class LocalExecutor final : public Executor {
       be_worker(order, ends[1], driver);
     }
     close(ends[1]);
-    take_on(order, pid, ends[0], order.memory, false);
+    take_on(order, {pid, ends[0], order.memory, {}, 0}, false);
     return {};
   }
 
@@ -197,12 +200,14 @@ class LocalExecutor final : public Executor {
       if (order.memory) (void)cap_memory(order.memory);
       PipeProgress progress(pipe);
       const auto began = Clock::now();
+      const double cpu = cpu_seconds();
       const Attempt attempt = make_(order, progress);
       const bool small = std::chrono::duration<double>(Clock::now() - began).count() < kSmallScan_s;
       const bool stays = small && made < kScansPerWorker && takes_another(attempt, order);
       Node line = Node::map();
       line.set("attempt", to_document(attempt));
       line.set("stays", stays);
+      line.set("cpu_seconds", cpu_seconds() - cpu);
       if (!write_all(pipe, document::to_json(line) + "\n")) _exit(1);
       if (!stays) _exit(0);
       keep_memory();
@@ -225,11 +230,12 @@ class LocalExecutor final : public Executor {
     return is_sound && order.threads == 1 && peak_memory() <= most;
   }
 
-  void take_on(const Order& order, int pid, int pipe, std::uint64_t memory, bool reused) {
-    running_.push_back({order, pid, Clock::now(), "start", 0, 0, Clock::now()});
+  void take_on(const Order& order, const IdleWorker& worker, bool reused) {
+    running_.push_back({order, worker.pid, Clock::now(), "start", 0, 0, Clock::now()});
     Child child;
-    child.pipe = pipe;
-    child.memory = memory;
+    child.pipe = worker.pipe;
+    child.memory = worker.memory;
+    child.cpu_before = worker.cpu_seconds;
     child.reused = reused;
     children_.push_back(std::move(child));
   }
@@ -243,7 +249,7 @@ class LocalExecutor final : public Executor {
       pollfd polled{idle.pipe, POLLIN, 0};
       // One that has something to say has died.
       if (poll(&polled, 1, 0) == 0 && write_all(idle.pipe, document::to_json(to_document(order)) + "\n")) {
-        take_on(order, idle.pid, idle.pipe, idle.memory, true);
+        take_on(order, idle, true);
         return true;
       }
       dismiss(idle);
@@ -288,6 +294,8 @@ class LocalExecutor final : public Executor {
       if (auto read = attempt_from(*attempt)) child.answer = *std::move(read);
       const Node* stays = line->find("stays");
       child.stays = stays && stays->is_bool() && stays->as_bool();
+      const Node* cpu = line->find("cpu_seconds");
+      child.cpu_seconds = cpu && cpu->is_number() ? cpu->as_number() : 0;
       return;
     }
     const Node *stage = line->find("stage"), *done = line->find("done"), *total = line->find("total");
@@ -310,9 +318,10 @@ class LocalExecutor final : public Executor {
     ended.reused = children_[i].reused;
     ended.attempt = std::move(children_[i].answer);
     ended.seconds = std::chrono::duration<double>(Clock::now() - running_[i].began).count();
-    ended.cpu_seconds = ended.attempt->entry.cpu_seconds;
+    ended.cpu_seconds = children_[i].cpu_seconds;
     ended.peak_memory = ended.attempt->entry.peak_memory;
-    idle_.push_back({running_[i].pid, children_[i].pipe, children_[i].memory, Clock::now()});
+    idle_.push_back({running_[i].pid, children_[i].pipe, children_[i].memory, Clock::now(),
+                     children_[i].cpu_before + children_[i].cpu_seconds});
     forget(i);
     return ended;
   }
@@ -330,7 +339,7 @@ class LocalExecutor final : public Executor {
     ended.attempt = std::move(children_[i].answer);
     ended.over_time = children_[i].over_time;
     ended.seconds = std::chrono::duration<double>(Clock::now() - running_[i].began).count();
-    ended.cpu_seconds = seconds_of(use.ru_utime) + seconds_of(use.ru_stime);
+    ended.cpu_seconds = std::max(0.0, seconds_of(use.ru_utime) + seconds_of(use.ru_stime) - children_[i].cpu_before);
     ended.peak_memory = static_cast<std::uint64_t>(use.ru_maxrss) * 1024;
     if (WIFSIGNALED(status)) {
       ended.death =

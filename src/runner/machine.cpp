@@ -2,11 +2,13 @@
 #include "runner/machine.hpp"
 
 #include <sched.h>
+#include <signal.h>
 #include <sys/resource.h>
 #include <sys/utsname.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <cstdio>
 #include <ctime>
 #include <fstream>
@@ -53,7 +55,12 @@ std::string process_space() {
   return boot + " " + std::string(space, static_cast<std::size_t>(length));
 }
 
-std::optional<ProcessSign> look_at_process(int pid) {
+namespace {
+
+bool has_ended(const ProcessSign& sign) { return sign.state == 'Z' || sign.state == 'X'; }
+
+/// Those too that have ended and are only not forgotten yet.
+std::optional<ProcessSign> read_sign(int pid) {
   std::ifstream file("/proc/" + std::to_string(pid) + "/stat");
   std::string line;
   if (pid <= 0 || !std::getline(file, line)) return std::nullopt;
@@ -61,11 +68,24 @@ std::optional<ProcessSign> look_at_process(int pid) {
   if (name_end == std::string::npos) return std::nullopt;
   std::istringstream rest(line.substr(name_end + 1));
   ProcessSign sign;
-  if (!(rest >> sign.state) || sign.state == 'Z' || sign.state == 'X') return std::nullopt;
+  if (!(rest >> sign.state)) return std::nullopt;
   std::string skipped;
   for (int field = 4; field < 22; ++field) rest >> skipped;
   if (!(rest >> sign.began)) return std::nullopt;
   return sign;
+}
+
+}  // namespace
+
+std::optional<ProcessSign> look_at_process(int pid) {
+  auto sign = read_sign(pid);
+  return sign && !has_ended(*sign) ? sign : std::nullopt;
+}
+
+bool is_process_alive(int pid) {
+  if (pid <= 0 || (kill(pid, 0) != 0 && errno != EPERM)) return false;
+  const auto sign = read_sign(pid);
+  return !sign || !has_ended(*sign);  // /proc may hide what belongs to others
 }
 
 std::string processor_name() {

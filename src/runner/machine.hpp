@@ -25,6 +25,8 @@ struct ProcessSign {
 };
 /// Nothing when there is none, or it has ended and only its parent does not know yet.
 std::optional<ProcessSign> look_at_process(int pid);
+/// False as well for one that has ended and whose parent never asked how; true where nobody may look at it.
+bool is_process_alive(int pid);
 /// Model of the processor as /proc/cpuinfo has it; "unknown" where it does not say.
 std::string processor_name();
 /// Highest resident memory of this process so far.

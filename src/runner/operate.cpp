@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "runner/operate.hpp"
 
-#include <signal.h>
-
 #include <algorithm>
 #include <cerrno>
 #include <cmath>
 #include <ctime>
 #include <filesystem>
+#include <map>
 #include <set>
 
 #include "base/text.hpp"
@@ -64,8 +63,8 @@ Live look_at_run(const OutputTree& tree) {
   Live live{read_tree(tree.live_file()), false, false};
   if (!live.tree) return live;
   live.is_here = text_in(*live.tree, "host") == host_name();
-  const auto pid = static_cast<pid_t>(number_in(*live.tree, "pid"));
-  live.is_alive = live.is_here && pid > 0 && (kill(pid, 0) == 0 || errno == EPERM);
+  const auto pid = static_cast<int>(number_in(*live.tree, "pid"));
+  live.is_alive = live.is_here && is_process_alive(pid);
   return live;
 }
 
@@ -106,6 +105,9 @@ std::string running_line(const Node& row, double silence) {
   if (const double total = number_in(row, "total"); total > 0)
     line += "  " + std::to_string(static_cast<int>(100 * number_in(row, "done") / total)) + " %";
   line += "  for " + clock_text(number_in(row, "seconds") + silence) + " h";
+  if (const double parts = number_in(row, "parts"); parts > 0)
+    line += ", " + number_text(number_in(row, "parts_done")) + " of " +
+            counted(static_cast<std::uint64_t>(parts), "part") + " done";
   if (const std::string place = text_in(row, "place"); !place.empty()) line += ", " + place;
   if (number_in(row, "pid") > 0) line += ", pid " + std::to_string(static_cast<long>(number_in(row, "pid")));
   return line + ", " + counted(static_cast<std::uint64_t>(number_in(row, "threads")), "thread") +
@@ -156,13 +158,58 @@ int no_output(const std::string& out, Console& console) {
 
 bool is_output(const OutputTree& tree) { return store::is_folder(tree.journal()); }
 
+/// Scans that the next run may go on with: known to the last runs, and neither done nor gone nor given up.
+std::set<std::string> unmade_scans(const OutputTree& tree) {
+  std::set<std::string> names = load_names(tree);
+  if (const auto run = read_tree(tree.run_file()))
+    if (const Node* scans = run->find("scans"); scans && scans->is_sequence())
+      for (const Node& scan : scans->items()) {
+        const std::string state = text_in(scan, "state");
+        if (state == "done" || state == "unchanged" || state == "vanished")
+          names.erase(text_in(scan, "name"));
+        else
+          names.insert(text_in(scan, "name"));
+      }
+  for (const std::string& name : Quarantine::load(tree.quarantine_file()).names()) names.erase(name);
+  return names;
+}
+
+/// Parts of large scans, by scan.
+struct KeptParts {
+  std::vector<std::string> wanted, rest;  // folders
+  std::uint64_t bytes = 0;                // of those that are wanted
+};
+
+KeptParts look_at_parts(const OutputTree& tree) {
+  KeptParts parts;
+  std::map<std::string, std::uint64_t> folders;
+  std::error_code error;
+  for (std::filesystem::recursive_directory_iterator it(tree.parts(), error), end; !error && it != end;
+       it.increment(error)) {
+    std::error_code unknown;
+    if (!it->is_regular_file(unknown)) continue;
+    const std::uintmax_t bytes = it->file_size(unknown);
+    folders[it->path().parent_path().string()] += unknown ? 0 : bytes;
+  }
+  const std::set<std::string> unmade = folders.empty() ? std::set<std::string>() : unmade_scans(tree);
+  for (const auto& [folder, bytes] : folders) {
+    const bool is_wanted = unmade.contains(std::filesystem::path(folder).lexically_relative(tree.parts()).string());
+    (is_wanted ? parts.wanted : parts.rest).push_back(folder);
+    if (is_wanted) parts.bytes += bytes;
+  }
+  return parts;
+}
+
 /// Everything gc may take, with the reason.
-std::vector<std::pair<std::string, std::string>> garbage_of(const OutputTree& tree) {
+std::vector<std::pair<std::string, std::string>> garbage_of(const OutputTree& tree, const KeptParts& parts) {
   std::vector<std::pair<std::string, std::string>> found;
   if (!has_open_waves(tree))  // else they may be at work
     for (const std::string& path : tree.leftovers()) found.emplace_back(path, "left by a run that was killed");
-  if (!has_open_waves(tree) && store::is_folder(tree.parts()))
-    found.emplace_back(tree.parts(), "parts of large scans that were not finished");
+  const char* of_large = "parts of large scans that are done, gone or given up";
+  if (!has_open_waves(tree) && parts.wanted.empty() && store::is_folder(tree.parts()))
+    found.emplace_back(tree.parts(), of_large);
+  else if (!has_open_waves(tree))
+    for (const std::string& folder : parts.rest) found.emplace_back(folder, of_large);
   const auto epochs = epochs_in(tree.journal());
   for (std::size_t i = 0; i + kKeptJournals < epochs.size(); ++i)
     found.emplace_back(journal_file(tree.journal(), epochs[i]), "an old journal");
@@ -286,7 +333,15 @@ int collect_garbage(const std::string& out, bool dry_run, Console& console) {
     console.complain(lock.error());
     return held_by.empty() ? kExitInternal : kExitBusy;
   }
-  const auto garbage = garbage_of(tree);
+  const KeptParts parts = look_at_parts(tree);
+  if (!parts.wanted.empty()) {
+    const std::string text = "kept " + tree.parts() + ": " + bytes_text(parts.bytes) + " of parts of " +
+                             counted(parts.wanted.size(), "scan") + " to be made, from which the next run goes on";
+    Node event = Console::event("note");
+    event.set("text", text);
+    console.result(text, event);
+  }
+  const auto garbage = garbage_of(tree, parts);
   for (const auto& [path, reason] : garbage) {
     Node event = Console::event("gc");
     event.set("path", path);

@@ -52,6 +52,19 @@ std::string name_of_running(const RunPicture& picture, const Running& one) {
   return picture.names[one.order.scan] + (part.empty() || part == one.stage ? "" : " " + part);
 }
 
+/// Of a part that is at work.
+const PartCount* parts_of(const RunPicture& picture, const Running& one) {
+  if (!picture.parts || one.order.part.empty()) return nullptr;
+  const auto found = picture.parts->find(one.order.scan);
+  return found == picture.parts->end() ? nullptr : &found->second;
+}
+
+/// ", 19 of 36 parts done", or nothing for a scan in one piece.
+std::string parts_text(const RunPicture& picture, const Running& one) {
+  const PartCount* parts = parts_of(picture, one);
+  return parts ? ", " + std::to_string(parts->done) + " of " + counted(parts->all, "part") + " done" : "";
+}
+
 std::uint64_t percent(std::uint64_t part, std::uint64_t whole) {
   return whole == 0
              ? 0
@@ -92,7 +105,8 @@ std::string line_of(const RunPicture& picture) {
   line += ", " + std::to_string(at_work) + " running";
   if (at_work > 0) {
     const Running& slowest = *slowest_first(picture.running).front();
-    line += " (" + name_of_running(picture, slowest) + " " + slowest.stage + " " + short_clock(age_of(slowest)) + ")";
+    line += " (" + name_of_running(picture, slowest) + " " + slowest.stage + " " + short_clock(age_of(slowest)) +
+            parts_text(picture, slowest) + ")";
   }
   if (const auto queued = picture.running.size() - at_work; queued > 0)
     line += ", " + std::to_string(queued) + " pending";
@@ -111,6 +125,7 @@ std::vector<std::string> block_of(const RunPicture& picture) {
     std::string line = "  " + name_of_running(picture, *one) + "  " + one->stage;
     if (one->total > 0) line += "  " + std::to_string(percent(one->done, one->total)) + " %";
     line += "  " + short_clock(age_of(*one)) + ", " + counted(static_cast<std::uint64_t>(one->order.threads), "thread");
+    line += parts_text(picture, *one);
     if (!one->place.empty()) line += ", " + one->place;
     line += silence_text(silence_of(*one));
     lines.push_back(std::move(line));
@@ -149,6 +164,10 @@ Node to_document(const RunPicture& picture, std::uint64_t epoch) {
     Node row = Node::map();
     row.set("scan", picture.names[one->order.scan]);
     if (!one->order.part.empty()) row.set("part", one->order.part);
+    if (const PartCount* parts = parts_of(picture, *one)) {
+      row.set("parts_done", static_cast<std::uint64_t>(parts->done));
+      row.set("parts", static_cast<std::uint64_t>(parts->all));
+    }
     if (one->is_queued) row.set("queued", true);
     if (!one->place.empty()) row.set("place", one->place);
     row.set("stage", one->stage);
@@ -186,9 +205,10 @@ void RunView::show(const RunPicture& picture) {
     if (one.is_queued) continue;
     Node event = Console::event("progress");
     event.set("scan", picture.names[one.order.scan]);
-    event.set("stage", one.stage);
-    event.set("done", one.done);
-    event.set("total", one.total);
+    const PartCount* parts = parts_of(picture, one);  // of a cut scan they count, not the stages of a part
+    event.set("stage", parts ? one.order.part : one.stage);
+    event.set("done", parts ? static_cast<std::uint64_t>(parts->done) : one.done);
+    event.set("total", parts ? static_cast<std::uint64_t>(parts->all) : one.total);
     event.set("per_second", 0.0);
     event.set("eta_s", 0.0);
     console_.progress_line("", event);

@@ -2,6 +2,7 @@
 // A run as its operator sees it while it goes on: a block on a terminal, a line a minute in a log, a file for `status`.
 #pragma once
 #include <chrono>
+#include <map>
 #include <span>
 #include <string>
 #include <vector>
@@ -11,6 +12,12 @@
 #include "runner/run_report.hpp"
 
 namespace scanmill::runner {
+
+/// How far a scan is that is cut.
+struct PartCount {
+  std::size_t done = 0, all = 0;
+  std::uint64_t bytes = 0;  // of the scan
+};
 
 /// What there is to see.
 struct RunPicture {
@@ -25,6 +32,7 @@ struct RunPicture {
   int cores = 0;            // that the run has here; 0: elsewhere, and the two below are not told
   double core_seconds = 0;  // that went into bytes_done
   double bytes_begun = 0;   // of what is at work, by the speed so far
+  const std::map<std::size_t, PartCount>* parts = nullptr;  // of scans that are cut, by Order::scan
 };
 
 /// By the bytes that are through, and the core time that they took; 0 while that says nothing.

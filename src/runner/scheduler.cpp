@@ -140,7 +140,6 @@ void Scheduler::put_on_list(std::size_t scan) {
   bytes_all_ += item.bytes;
   const CutParts parts = p_.journal ? p_.maker.parts_of(p_.selection.scans[scan]) : CutParts{};
   if (parts.waves.empty()) return list_.add(item);
-  tell_of_cut(scan, parts);
   cut_[scan] = {parts.waves, parts.whole, 0, 0, item.bytes, {}, {}, false};
   put_next_wave(scan);
 }
@@ -234,7 +233,7 @@ void Scheduler::listen() {
     draining_ = true;
     p_.executor.drain();
     remark_ = "stopping: what is at work is brought to its end; once more stops at once";
-    p_.console.remark("stopping: " + counted(running - queued, "scan") + (running - queued == 1 ? " is" : " are") +
+    p_.console.remark("stopping: " + at_work_text(false) + (running - queued == 1 ? " is" : " are") +
                       " brought to the end" + (queued > 0 ? ", " + std::to_string(queued) + " taken back" : "") +
                       "; once more stops at once");
   }
@@ -242,8 +241,7 @@ void Scheduler::listen() {
     if (stop_at_ == Clock::time_point{}) {
       stop_at_ = now;
       if (p_.executor.is_remote())
-        p_.console.remark("stopping at once: " + counted(running, "scan") + (running == 1 ? " is" : " are") +
-                          " cancelled");
+        p_.console.remark("stopping at once: " + at_work_text(true) + (running == 1 ? " is" : " are") + " cancelled");
       p_.executor.stop_all();
     } else if (now - stop_at_ > kStopPatience) {
       p_.executor.kill_all();
@@ -464,6 +462,7 @@ void Scheduler::note_end(const WorkItem& item, const Ended& ended, bool again) {
 void Scheduler::finish_scan(const WorkItem& item, const Ended& ended, const std::string& fingerprint) {
   ScanEntry& entry = p_.report.scans[item.scan];
   bytes_done_ += item.bytes;
+  parts_.erase(item.scan);
   core_seconds_ += ended.seconds * ended.order.threads;
   leave_quarantine(entry);
   const bool stays = entry.failure == FailureClass::BadInput || entry.failure == FailureClass::Resource ||
@@ -503,18 +502,25 @@ RunPicture Scheduler::picture() const {
   std::string remark = remark_;
   if (const std::string waits = p_.executor.waits_for(); !waits.empty())
     remark += (remark.empty() ? "pending: " : "; pending: ") + waits;
-  RunPicture picture{p_.report,    p_.executor.running(), names_,
-                     list_.size(), bytes_done_,           bytes_all_,
-                     remark,       seconds_since(began_), p_.stop.signal != 0};
+  const std::uint64_t bytes_done = bytes_done_ + bytes_of_parts();
+  RunPicture picture{p_.report,
+                     p_.executor.running(),
+                     names_,
+                     list_.size(),
+                     bytes_done,
+                     bytes_all_,
+                     remark,
+                     seconds_since(began_),
+                     p_.stop.signal != 0};
+  picture.parts = &parts_;
   if (p_.executor.is_remote() || core_seconds_ <= 0) return picture;
   picture.cores = p_.report.threads;
   picture.core_seconds = core_seconds_;
-  const double rate = static_cast<double>(bytes_done_) / core_seconds_;
+  const double rate = static_cast<double>(bytes_done) / core_seconds_;
   for (const Running& one : p_.executor.running())
     for (const WorkItem& item : at_work_)
       if (item.scan == one.order.scan && item.part == one.order.part)
-        picture.bytes_begun +=
-            std::min(static_cast<double>(item.bytes), rate * one.order.threads * seconds_since(one.began));
+        picture.bytes_begun += std::min(share_of(item), rate * one.order.threads * seconds_since(one.began));
   return picture;
 }
 

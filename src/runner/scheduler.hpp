@@ -48,8 +48,8 @@ class Scheduler {
   void put_on_list(std::size_t scan);
   void put_next_wave(std::size_t scan);
   bool is_at_work(std::size_t scan) const;
-  void begin_again(std::size_t scan, const ScanEntry& entry);
-  void tell_of_cut(std::size_t scan, const CutParts& parts);
+  void begin_again(std::size_t scan, ScanEntry& entry);
+  void tell_of_cut(std::size_t scan);
   void end_part(const WorkItem& item, Ended&& ended);
   WorkItem take_from_work(const Order& order);
   void tell_of_deadline();
@@ -70,6 +70,9 @@ class Scheduler {
   void recall_memory();
   Room room() const;
   RunPicture picture() const;
+  double share_of(const WorkItem& item) const;
+  std::uint64_t bytes_of_parts() const;
+  std::string at_work_text(bool queued_too) const;
   const std::string& name(std::size_t scan) const { return names_[scan]; }
 
   Parts p_;
@@ -86,13 +89,15 @@ class Scheduler {
     std::uint64_t bytes = 0;  // of the scan
     std::optional<ScanEntry> failed;
     std::string fingerprint;
+    bool told = false;   // that it is cut
     bool idle = false;   // its parts are not needed
     bool again = false;  // from the first wave on, once nothing of the scan is at work
     int passing = 0;     // faults so far that may pass
     Clock::time_point not_before{};
   };
   std::map<std::size_t, CutState> cut_;
-  std::vector<std::uint64_t> remembered_;  // memory that a scan was found to need
+  std::map<std::size_t, PartCount> parts_;  // of scans that are cut, until they are done themselves
+  std::vector<std::uint64_t> remembered_;   // memory that a scan was found to need
   Clock::time_point began_ = Clock::now(), saved_{}, asked_{}, space_checked_{}, stop_at_{};
   double save_took_ = 0;
   std::uint64_t bytes_all_ = 0, bytes_done_ = 0;

@@ -2,6 +2,8 @@
 // Scans that are cut: their parts wave by wave, then the scan itself.
 #include <algorithm>
 #include <cmath>
+#include <set>
+#include <utility>
 
 #include "base/text.hpp"
 #include "runner/scheduler.hpp"
@@ -9,10 +11,12 @@
 namespace scanmill::runner {
 
 /// "cut into 4 map, 1 gather, 27 frame, 4 pick: 36 parts in 4 waves, then the scan itself"
-void Scheduler::tell_of_cut(std::size_t scan, const CutParts& parts) {
+void Scheduler::tell_of_cut(std::size_t scan) {
+  CutState& cut = cut_[scan];
+  if (std::exchange(cut.told, true)) return;
   std::string kinds;
   std::size_t count = 0;
-  for (const auto& wave : parts.waves) {
+  for (const auto& wave : cut.waves) {
     count += wave.size();
     std::map<std::string, std::size_t> of_kind;
     for (const std::string& part : wave) ++of_kind[part.substr(0, part.find(' '))];
@@ -20,7 +24,40 @@ void Scheduler::tell_of_cut(std::size_t scan, const CutParts& parts) {
       kinds += (kinds.empty() ? "" : ", ") + std::to_string(number) + " " + kind;
   }
   p_.console.note(name(scan), "cut into " + kinds + ": " + counted(count, "part") + " in " +
-                                  counted(parts.waves.size(), "wave") + ", then the scan itself");
+                                  counted(cut.waves.size(), "wave") + ", then the scan itself");
+}
+
+/// The part of the scan's bytes that this work stands for: its parts and the scan itself count alike.
+double Scheduler::share_of(const WorkItem& item) const {
+  const auto found = parts_.find(item.scan);
+  if (found == parts_.end()) return static_cast<double>(item.bytes);
+  return static_cast<double>(found->second.bytes) / static_cast<double>(found->second.all + 1);
+}
+
+/// Of scans that are not done, by the parts that are there.
+std::uint64_t Scheduler::bytes_of_parts() const {
+  double bytes = 0;
+  for (const auto& [scan, parts] : parts_)
+    bytes += static_cast<double>(parts.bytes) * static_cast<double>(parts.done) / static_cast<double>(parts.all + 1);
+  return static_cast<std::uint64_t>(bytes);
+}
+
+/// "3 scans and 2 parts of 1 scan"
+std::string Scheduler::at_work_text(bool queued_too) const {
+  std::size_t scans = 0, parts = 0;
+  std::set<std::size_t> cut;
+  for (const Running& one : p_.executor.running()) {
+    if (one.is_queued && !queued_too) continue;
+    if (one.order.part.empty()) {
+      ++scans;
+      continue;
+    }
+    ++parts;
+    cut.insert(one.order.scan);
+  }
+  const std::string of_parts = parts == 0 ? "" : counted(parts, "part") + " of " + counted(cut.size(), "scan");
+  if (scans == 0 && parts > 0) return of_parts;
+  return counted(scans, "scan") + (parts > 0 ? " and " + of_parts : "");
 }
 
 /// Parts of the next wave, which share the bytes of the scan; after the last one the scan itself.
@@ -32,10 +69,18 @@ void Scheduler::put_next_wave(std::size_t scan) {
   item.memory = remembered_[scan];
   item.not_before = cut.not_before;
   item.transient = cut.passing;
+  PartCount& count = parts_[scan];
+  count = {0, 0, cut.bytes};
+  for (std::size_t w = 0; w < cut.waves.size(); ++w) {
+    count.all += cut.waves[w].size();
+    if (w < cut.next) count.done += cut.waves[w].size();
+  }
   if (cut.next == cut.waves.size()) {
+    if (cut.idle) parts_.erase(scan);
     cut_.erase(scan);
     return list_.add(item);
   }
+  if (cut.next > 0) tell_of_cut(scan);  // the first reads the inputs: what is unchanged is not cut
   if (cut.whole[cut.next]) item.memory = std::max(item.memory, memory_guess(cut.bytes));
   const std::vector<std::string>& wave = cut.waves[cut.next++];
   cut.left = wave.size();
@@ -52,18 +97,18 @@ bool Scheduler::is_at_work(std::size_t scan) const {
 
 /// A part failed for a reason that may pass. One that it reads may be lost or was found damaged, so all of the scan's
 /// waves come again: what is there is not made anew.
-void Scheduler::begin_again(std::size_t scan, const ScanEntry& entry) {
+void Scheduler::begin_again(std::size_t scan, ScanEntry& entry) {
   CutState& cut = cut_[scan];
-  const double wait = p_.how.retry_wait_s * std::pow(4, cut.passing++);
-  cut.not_before = Clock::now() + std::chrono::milliseconds(static_cast<std::int64_t>(1000 * wait));
-  cut.again = true;
-  cut.next = 0;
-  list_.drop(scan);
-  p_.console.note(entry.name, entry.error.text() + "; tried again in " + number_text(wait) + " s");
-  ScanEntry& next = p_.report.scans[scan];
-  next.fate = ScanFate::Pending;
-  next.failure = FailureClass::None;
-  next.error = {Code::Internal, {}, {}};
+  if (!std::exchange(cut.again, true)) {
+    const double wait = p_.how.retry_wait_s * std::pow(4, cut.passing++);
+    cut.not_before = Clock::now() + std::chrono::milliseconds(static_cast<std::int64_t>(1000 * wait));
+    cut.next = 0;
+    list_.drop(scan);
+    p_.console.note(entry.name, entry.error.text() + "; tried again in " + number_text(wait) + " s");
+  }
+  entry.fate = ScanFate::Pending;
+  entry.failure = FailureClass::None;
+  entry.error = {Code::Internal, {}, {}};
 }
 
 /// A part is there, is tried again, or its scan has failed. The others of the scan come to their end first.
@@ -97,11 +142,11 @@ void Scheduler::end_part(const WorkItem& item, Ended&& ended) {
   const bool failed = entry.failure != FailureClass::None;
   const bool may_begin_again =
       cut.passing < p_.how.retry_transient && p_.stop.signal == 0 && !p_.stop.flag.is_set() && !p_.options.dry_run;
-  if (failed && !cut.failed && !output_is_bad && entry.failure == FailureClass::Transient && may_begin_again) {
+  const bool is_passing = failed && !cut.failed && !output_is_bad && entry.failure == FailureClass::Transient;
+  if (cut.again || (is_passing && may_begin_again))
     begin_again(item.scan, entry);
-  } else if (failed && !cut.failed && !output_is_bad && goes_again(item, ended, entry)) {
+  else if (failed && !cut.failed && !output_is_bad && goes_again(item, ended, entry))
     return;
-  }
   if (cut.again) {
     if (!is_at_work(item.scan)) {
       cut.again = false;
@@ -136,6 +181,7 @@ void Scheduler::end_part(const WorkItem& item, Ended&& ended) {
     cut.next = cut.waves.size();
     return put_next_wave(item.scan);
   }
+  ++parts_[item.scan].done;
   if (--cut.left == 0) put_next_wave(item.scan);
 }
 

@@ -254,8 +254,8 @@ class TaskRun {
 int run_task(const TaskOptions& options, const TaskFile& file, Work& work, Console& console, Stop& stop) {
   if (options.index >= file.tasks.size()) {
     console.complain(fail(Code::BadUsage,
-                          "found no task " + std::to_string(options.index) + "; the worklist holds " +
-                              std::to_string(file.tasks.size()) + ", from 0",
+                          "found no task " + std::to_string(static_cast<std::int64_t>(options.index)) +  // as typed: -1
+                              "; the worklist holds " + std::to_string(file.tasks.size()) + ", from 0",
                           options.path));
     return kExitUsage;
   }

@@ -8,6 +8,8 @@ bricks.py CASE        (environment: SCANMILL)
 import glob
 import json
 import os
+import re
+import resource
 import signal
 import subprocess
 import sys
@@ -59,6 +61,11 @@ def counts(out):
         return [scan["counts"] for scan in json.load(file)["scans"]]
 
 
+def cpu_seconds(out):
+    with open(f"{out}/run.json") as file:
+        return sum(scan["cpu_seconds"] for scan in json.load(file)["scans"])
+
+
 def same(a, b, name="part"):
     for file in FILES:
         with open(f"{a}/scans/{name}/{file}", "rb") as x, open(f"{b}/scans/{name}/{file}", "rb") as y:
@@ -74,14 +81,19 @@ def cuts_change_no_byte(work):
     for number, (edge, pieces, batches, threads, executor) in enumerate(
             [(8, 5, 64, 2, "local"), (32, 12, 7, 1, "local"), (64, 1, 3, 7, "inline"), (256, 3, 1, 2, "local")]):
         out = f"{work}/cut{number}"
-        run(f"{work}/job.yaml", out, "--threads", str(threads), "--executor", executor, "--set",
-            f"brick.edge_bins={edge}", "--set", f"brick.pieces={pieces}", "--set", f"brick.batches={batches}")
+        before = resource.getrusage(resource.RUSAGE_CHILDREN)
+        text = run(f"{work}/job.yaml", out, "--threads", str(threads), "--executor", executor, "--set",
+                   f"brick.edge_bins={edge}", "--set", f"brick.pieces={pieces}", "--set", f"brick.batches={batches}")
+        assert text.count("cut into 1 inputs") == 1, text
+        after = resource.getrusage(resource.RUSAGE_CHILDREN)
+        spent = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
         same(f"{work}/whole", out)
+        assert 0 < cpu_seconds(out) < 0.1 + spent, f"{cpu_seconds(out)} of {spent} CPU seconds of the {executor} run"
         assert not os.path.exists(f"{out}/work"), "parts stay behind"
         # Another time, the same content: no part is made, and none stays.
         os.utime(f"{work}/archive/part.ply")
         text = run(f"{work}/job.yaml", out, "--executor", executor, "--set", f"brick.edge_bins={edge}")
-        assert "1 unchanged" in text, text
+        assert "1 unchanged" in text and "cut into" not in text, text
         assert not os.path.exists(f"{out}/work"), "parts of a scan that is unchanged"
     # The paper's rules pick in one pass; edges are kept by a median over all bins.
     for number, keys in enumerate(["profile: paper\n", "reduce: {edge_aware: true}\n"]):
@@ -116,6 +128,9 @@ def kills_cost_the_parts_in_flight(work):
         os.killpg(running.pid, signal.SIGKILL)
         running.wait()
         time.sleep(0.05)
+        if wanted > 1:  # cleaning up costs no part of a scan that is to be made
+            text = subprocess.run([SCANMILL, "gc", out], text=True, stdout=subprocess.PIPE, check=True).stdout
+            assert "of parts of 1 scan to be made" in text, text
         now = {path: os.stat(path).st_mtime_ns for path in parts_in(folder)}
         assert now, "everything was done before the kill"
         for path, stamp in there.items():
@@ -263,6 +278,27 @@ def a_scan_that_will_not_fit_is_refused_with_numbers(work):
     said = int(text.split("about ")[1].split(" bins")[0].replace(",", ""))
     assert 500000 < said < 1000000, said
     print(f"{said} bins forecast, refused after {time.monotonic() - begin:.1f} s")
+
+
+def progress_counts_the_parts(work):
+    os.mkdir(f"{work}/archive")
+    make_cloud(f"{work}/archive/part.ply", 300000)
+    write_job(f"{work}/job.yaml", "archive", 0.5, "brick: {edge_bins: 8, pieces: 5, batches: 6}\n")
+    out = f"{work}/out"
+    running = subprocess.Popen([SCANMILL, "run", f"{work}/job.yaml", "--out", out, "--progress", "none", "--threads", "1"],
+                               stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    while running.poll() is None and not glob.glob(f"{out}/work/parts/part/stars*.part"):
+        time.sleep(0.001)
+    for request in (signal.SIGUSR1, signal.SIGUSR1, signal.SIGUSR1, signal.SIGTERM):  # one may fall between two parts
+        running.send_signal(request)
+        time.sleep(0.015)
+    text = running.communicate()[0]
+    assert running.returncode == 143, (running.returncode, text)
+    shown = re.search(r"(\d+) of (\d+) parts done", text)
+    assert shown and 0 < int(shown[1]) < int(shown[2]), text
+    percent = re.search(r"(\d+) % of ", text)
+    assert percent and 0 < int(percent[1]) <= 100 * int(shown[1]) / int(shown[2]) + 1, text
+    assert "stopping" not in text or "stopping: 1 part of 1 scan is brought to the end" in text, text
 
 
 if __name__ == "__main__":

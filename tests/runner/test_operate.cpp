@@ -17,21 +17,24 @@ namespace {
 class Status : public RunnerTest {
  protected:
   /// live.json of a run by this process with one scan at work.
-  void live(const std::string& heartbeat, int worker, double silent_s, bool stopping) {
+  void live(const std::string& heartbeat, int worker, double silent_s, bool stopping, int driver = getpid()) {
     const OutputTree tree(root + "/out");
     ASSERT_TRUE(tree.prepare().ok());
-    spill(tree.live_file(), "{\"scanmill_live\":1,\"host\":\"" + host_name() +
-                                "\",\"pid\":" + std::to_string(getpid()) + ",\"job\":\"job.yaml\",\"heartbeat\":\"" +
-                                heartbeat + "\",\"seconds\":3,\"stopping\":" + (stopping ? "true" : "false") +
+    spill(tree.live_file(), "{\"scanmill_live\":1,\"host\":\"" + host_name() + "\",\"pid\":" + std::to_string(driver) +
+                                ",\"job\":\"job.yaml\",\"heartbeat\":\"" + heartbeat +
+                                "\",\"seconds\":3,\"stopping\":" + (stopping ? "true" : "false") +
                                 ",\"counts\":{\"done\":1},\"running\":[{\"scan\":\"a\",\"stage\":\"grow\"," +
                                 "\"seconds\":2,\"silent_s\":" + std::to_string(silent_s) +
                                 ",\"pid\":" + std::to_string(worker) + ",\"threads\":1}]}");
   }
   std::string status() const {
+    return said_by([&](Console& console) { return show_status(root + "/out", console); });
+  }
+  static std::string said_by(const std::function<int(Console&)>& command) {
     std::FILE* out = std::tmpfile();
     {
       Console console({ProgressStyle::None, false, false}, out, out);
-      EXPECT_EQ(show_status(root + "/out", console), 0);
+      EXPECT_EQ(command(console), 0);
     }
     std::string text(static_cast<std::size_t>(std::ftell(out)), '\0');
     std::rewind(out);
@@ -65,6 +68,57 @@ TEST_F(Status, TellsOfARunThatIsStopping) {
   EXPECT_TRUE(status().starts_with("stopping, running for ")) << status();
 }
 
+TEST_F(Status, TakesADriverThatNobodyWaitedForForDead) {
+  const pid_t child = fork();
+  if (child == 0) _exit(0);
+  siginfo_t info{};
+  ASSERT_EQ(waitid(P_PID, static_cast<id_t>(child), &info, WEXITED | WNOWAIT), 0);
+  ASSERT_EQ(kill(child, 0), 0) << "its number is still taken";
+  live(utc_now(), 0, 0.5, false, child);
+  EXPECT_TRUE(status().starts_with("the run was killed, last sign ")) << status();
+  const std::string text = said_by([&](Console& console) { return cancel_run(root + "/out", console); });
+  EXPECT_NE(text.find("no run to stop"), std::string::npos) << text;
+  EXPECT_FALSE(std::filesystem::exists(OutputTree(root + "/out").cancel_file())) << "there is nobody to read it";
+  waitpid(child, nullptr, 0);
+}
+
+/// An output whose run was killed: parts of scans of every fate.
+class Garbage : public Status {
+ protected:
+  void SetUp() override {
+    Status::SetUp();
+    ASSERT_TRUE(tree().prepare().ok());
+    for (const char* scan : {"at/work", "not-yet", "made", "gone", "lost"})
+      spill(tree().parts(scan) + "/map-0.part", std::string(1024, 'p'));
+    spill(tree().names_file(), R"({"scanmill_names":1,"scans":["at/work","made","not-yet"]})");
+    spill(tree().run_file(), R"({"scans":[{"name":"at/work","state":"pending"},{"name":"made","state":"done"},)"
+                             R"({"name":"gone","state":"vanished"}]})");
+  }
+  OutputTree tree() const { return OutputTree(root + "/out"); }
+  bool has_parts(const std::string& scan) const { return std::filesystem::exists(tree().parts(scan)); }
+  std::string collect(bool dry_run) const {
+    return said_by([&](Console& console) { return collect_garbage(root + "/out", dry_run, console); });
+  }
+};
+
+TEST_F(Garbage, LeavesThePartsOfScansThatAreToBeMade) {
+  const std::string dry = collect(true);
+  EXPECT_NE(dry.find("2 KiB of parts of 2 scans to be made"), std::string::npos) << dry;
+  EXPECT_TRUE(has_parts("made")) << dry;
+  const std::string text = collect(false);
+  EXPECT_NE(text.find("2 KiB of parts of 2 scans to be made"), std::string::npos) << text;
+  EXPECT_TRUE(has_parts("at/work") && has_parts("not-yet")) << text;
+  EXPECT_FALSE(has_parts("made") || has_parts("gone") || has_parts("lost")) << text;
+  EXPECT_NE(collect(false).find("nothing to remove"), std::string::npos);
+}
+
+TEST_F(Garbage, TakesAllPartsWhenNoScanWantsThem) {
+  spill(tree().run_file(), R"({"scans":[{"name":"at/work","state":"done"},{"name":"made","state":"done"},)"
+                           R"({"name":"not-yet","state":"unchanged"}]})");
+  EXPECT_EQ(collect(false).find("to be made"), std::string::npos);
+  EXPECT_FALSE(std::filesystem::exists(tree().parts()));
+}
+
 TEST_F(Status, TellsOfAProcessThatWasStopped) {
   const pid_t child = fork();
   if (child == 0) {
@@ -77,6 +131,28 @@ TEST_F(Status, TellsOfAProcessThatWasStopped) {
   EXPECT_NE(status().find("its process is stopped (kill -CONT"), std::string::npos) << status();
   kill(child, SIGKILL);
   waitpid(child, &how, 0);
+}
+
+TEST(RunLine, CountsThePartsOfACutScan) {
+  const RunReport report;
+  const std::vector<std::string> names{"bun"};
+  std::vector<Running> running(1);
+  running[0].order.part = "frame 3";
+  running[0].stage = "pick";
+  running[0].began = std::chrono::steady_clock::now();
+  RunPicture picture{report, running, names, 2, 500, 1000, {}, 70};
+  EXPECT_EQ(line_of(picture).find("part"), std::string::npos);
+  const std::map<std::size_t, PartCount> parts{{0, {19, 36, 1000}}};
+  picture.parts = &parts;
+  EXPECT_NE(line_of(picture).find("(bun frame 3 pick 0:00, 19 of 36 parts done)"), std::string::npos)
+      << line_of(picture);
+  EXPECT_NE(block_of(picture).front().find(", 19 of 36 parts done"), std::string::npos) << block_of(picture).front();
+  const document::Node tree = to_document(picture, 1);
+  const document::Node& row = tree.find("running")->items()[0];
+  EXPECT_EQ(row.find("parts_done")->as_integer(), 19);
+  EXPECT_EQ(row.find("parts")->as_integer(), 36);
+  running[0].order.part.clear();  // the scan itself is put together
+  EXPECT_EQ(line_of(picture).find("parts"), std::string::npos);
 }
 
 TEST(TimeLeft, CountsCoreTimeAndWhatIsBegun) {
