@@ -17,6 +17,7 @@ namespace scanmill::runner {
 struct PartCount {
   std::size_t done = 0, all = 0;
   std::uint64_t bytes = 0;  // of the scan
+  double core_seconds = 0;  // that its parts have taken
 };
 
 /// What there is to see.

@@ -452,7 +452,9 @@ void Scheduler::note_end(const WorkItem& item, const Ended& ended, bool again) {
     event.set("text", entry.error.text());
   }
   event.set("seconds", ended.seconds);
-  event.set("core_seconds", ended.seconds * ended.order.threads);
+  const auto parts = parts_.find(item.scan);  // of a scan that was cut they count as well: forecasts go by it
+  event.set("core_seconds",
+            ended.seconds * ended.order.threads + (parts == parts_.end() ? 0 : parts->second.core_seconds));
   event.set("bytes", item.bytes);
   if (entry.fate == ScanFate::Done && item.memory > 0) event.set("needs_memory", item.memory);
   if (!entry.record_identity.empty()) event.set("record", entry.record_identity);

@@ -70,7 +70,7 @@ void Scheduler::put_next_wave(std::size_t scan) {
   item.not_before = cut.not_before;
   item.transient = cut.passing;
   PartCount& count = parts_[scan];
-  count = {0, 0, cut.bytes};
+  count = {0, 0, cut.bytes, count.core_seconds};
   for (std::size_t w = 0; w < cut.waves.size(); ++w) {
     count.all += cut.waves[w].size();
     if (w < cut.next) count.done += cut.waves[w].size();
@@ -134,6 +134,7 @@ void Scheduler::end_part(const WorkItem& item, Ended&& ended) {
     entry.attempts = before.attempts;
   }
   core_seconds_ += ended.seconds * ended.order.threads;
+  parts_[item.scan].core_seconds += ended.seconds * ended.order.threads;
   if (entry.fate == ScanFate::Unchanged) {
     entry = before;
     cut.idle = true;
