@@ -359,7 +359,7 @@ TEST_F(Workers, SayWhenTheCapIsMoreThanTheMachineHas) {
 TEST_F(Workers, RefuseToFillTheDisk) {
   scan("a", "one");
   EXPECT_EQ(run([](RunOptions& o) { o.sets = {"resources.disk=1"}; }), 1) << text;
-  EXPECT_NE(text.find("of the 1 byte of disk that resources.disk (--disk) allows the run"), std::string::npos) << text;
+  EXPECT_NE(text.find("of the 1 B of disk that resources.disk (--disk) allows the run"), std::string::npos) << text;
   EXPECT_EQ(state("a"), "pending");
   EXPECT_EQ(run(), 0) << text;
 }
