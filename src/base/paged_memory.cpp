@@ -136,35 +136,40 @@ int nameless_file(const char* folder) {
   return file;
 }
 
-/// Bytes of this process in memory.
-std::uint64_t resident_bytes(int statm) {
+/// Bytes of this process in memory, and those of them that come from files.
+struct Resident {
+  std::uint64_t all = 0, of_files = 0;
+};
+Resident resident_bytes(int statm) {
   char text[128];
   const ssize_t n = pread(statm, text, sizeof text - 1, 0);
-  if (n <= 0) return 0;
+  if (n <= 0) return {};
   text[n] = 0;
-  unsigned long long size = 0, resident = 0;
-  return std::sscanf(text, "%llu %llu", &size, &resident) == 2 ? resident * kPage : 0;
+  unsigned long long size = 0, resident = 0, shared = 0;
+  if (std::sscanf(text, "%llu %llu %llu", &size, &resident, &shared) != 3) return {};
+  return {resident * kPage, shared * kPage};
 }
 
 /// Lets go of pages until the process holds an eighth less than it may. The mapping stays: what is looked at again
 /// comes back from the kernel's cache or the disk.
 void let_go(Heap& h) {
   const std::uint64_t high = h.resident_limit.load(std::memory_order_relaxed);
-  if (high == 0 || resident_bytes(h.statm) <= high) return;
+  if (high == 0 || resident_bytes(h.statm).all <= high) return;
   const auto now = std::chrono::steady_clock::now().time_since_epoch().count();
   if (now < h.pause_until.load(std::memory_order_relaxed)) return;
   const std::lock_guard<std::mutex> guard(h.keeper_mutex);  // who is over the limit waits for the one who clears up
-  if (resident_bytes(h.statm) <= high) return;
+  if (resident_bytes(h.statm).all <= high) return;
   h.evictions.fetch_add(1, std::memory_order_relaxed);
   const std::uint64_t low = high - high / 8, used = h.used_blocks.load() * kBlock;
   for (std::uint64_t gone = 0; gone < used; gone += kLetGoAtOnce) {
     if (h.hand >= used) h.hand = 0;
     madvise(h.base.load() + h.hand, std::min(kLetGoAtOnce, used - h.hand), MADV_DONTNEED);
     h.hand += kLetGoAtOnce;
-    if (resident_bytes(h.statm) <= low) return;
+    if (resident_bytes(h.statm).all <= low) return;
   }
-  // What is held is not of the file: to go through it again and again brings nothing.
-  if (resident_bytes(h.statm) > high)
+  // Pages come back as fast as they go where many threads look at them: then the next look lets go again. But where
+  // what is held is not of the file, to go through it again and again brings nothing.
+  if (const Resident held = resident_bytes(h.statm); held.all - held.of_files > low)
     h.pause_until.store(now + std::chrono::steady_clock::duration(kPause).count(), std::memory_order_relaxed);
 }
 

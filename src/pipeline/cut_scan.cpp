@@ -63,32 +63,33 @@ Result<PartWriter> create_part(const Cut& cut, const PartTask& task) {
                             kind_of(cut, name, kKinds[static_cast<std::size_t>(task.stage)].row_bytes));
 }
 
+namespace {
+
+void add_wave(std::vector<std::vector<PartTask>>& waves, PartStage stage, std::uint32_t count) {
+  waves.emplace_back();
+  for (std::uint32_t n = 0; n < count; ++n) waves.back().push_back({stage, n});
+}
+
+}  // namespace
+
 std::vector<std::vector<PartTask>> waves_of(const Cut& cut, reduce::Representative representative) {
   std::vector<std::vector<PartTask>> waves;
-  const auto add = [&](PartStage stage, std::uint32_t count) {
-    waves.emplace_back();
-    for (std::uint32_t n = 0; n < count; ++n) waves.back().push_back({stage, n});
-  };
-  add(PartStage::Map, cut.pieces);
-  add(PartStage::Gather, 1);
-  add(PartStage::Frame, cut.batches);
-  if (representative == reduce::Representative::Surface) add(PartStage::Pick, cut.pieces);
-  add(PartStage::Points, 1);
-  add(PartStage::Thin, cut.batches);
-  add(PartStage::Settle, 1);
+  add_wave(waves, PartStage::Map, cut.pieces);
+  add_wave(waves, PartStage::Gather, 1);
+  add_wave(waves, PartStage::Frame, cut.batches);
+  if (representative == reduce::Representative::Surface) add_wave(waves, PartStage::Pick, cut.pieces);
+  add_wave(waves, PartStage::Points, 1);
+  add_wave(waves, PartStage::Thin, cut.batches);
+  add_wave(waves, PartStage::Settle, 1);
   return waves;
 }
 
 std::vector<std::vector<PartTask>> scan_waves(const Cut& cut, const What& what) {
   auto waves = waves_of(cut, what.reduce.representative);
-  const auto add = [&](PartStage stage, std::uint32_t count) {
-    waves.emplace_back();
-    for (std::uint32_t n = 0; n < count; ++n) waves.back().push_back({stage, n});
-  };
-  if (what.grow.engine != Engine::Front) add(PartStage::Stars, cut.batches);
-  add(PartStage::Mesh, 1);
-  add(PartStage::Swap, 1);
-  add(PartStage::Verify, cut.pieces);
+  if (what.grow.engine != Engine::Front) add_wave(waves, PartStage::Stars, cut.batches);
+  add_wave(waves, PartStage::Mesh, 1);
+  add_wave(waves, PartStage::Swap, 1);
+  add_wave(waves, PartStage::Verify, cut.pieces);
   return waves;
 }
 
