@@ -94,6 +94,11 @@ void Contest::choose() {
   for (const Winner& w : winners_) winner_of_[w.quad.t] = winner_of_[w.quad.u] = kNone;
 }
 
+void Contest::tell(Witness& witness) const {
+  witness.begin_round();
+  for (std::size_t w = 0; w < winners_.size(); ++w) witness.see(winners_[w].quad, obstacle_[w], outdone_[w] != 0);
+}
+
 bool Contest::close_round() {
   ++round_;
   dirty_.clear();
@@ -138,12 +143,13 @@ bool Contest::reopen() {
   return !dirty_.empty();
 }
 
-Refused Contest::count_refused() const {
+Refused Contest::count_refused(std::span<const std::uint8_t> own) const {
   Refused counts;
   for (std::uint32_t h = 0; h < refusal_.size(); ++h) {
     if (refusal_[h] == Refusal::None) continue;
     const std::uint32_t twin = surface_.twin(h);
     if (twin == kNone || twin < h) continue;  // what an edge left behind that is elsewhere now
+    if (!own.empty() && !own[std::min(surface_.from(h), surface_.to(h))]) continue;
     switch (refusal_[h]) {
       case Refusal::None:
         break;

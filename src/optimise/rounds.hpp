@@ -17,6 +17,7 @@
 #include "optimise/guards.hpp"
 #include "optimise/optimise.hpp"
 #include "optimise/surface.hpp"
+#include "optimise/witness.hpp"
 
 namespace scanmill::optimise {
 
@@ -29,6 +30,7 @@ class Contest {
   void choose();
   const std::vector<Winner>& winners() const { return winners_; }
   bool swaps(std::size_t winner) const { return obstacle_[winner] == Obstacle::None && !outdone_[winner]; }
+  void tell(Witness& witness) const;
   /// The next round looks at the triangles around the swaps; true when any swap was made. Called after the swapping.
   bool close_round();
   /// Edges that were held by triangles elsewhere are to be looked at again; false when there is none or nothing has
@@ -41,7 +43,8 @@ class Contest {
   template <class Judge>
   void judge_all(const Judge& judge);
 
-  Refused count_refused() const;
+  /// own: of which vertices edges are counted, at the lesser one; empty: of all.
+  Refused count_refused(std::span<const std::uint8_t> own) const;
   std::uint64_t swaps_made() const { return swaps_made_; }
 
  private:
@@ -109,14 +112,16 @@ struct Judged {
   Refusal refusal;
 };
 
-/// Until no swap is left that improves and passes the guards. The mesh is in between when cancelled.
+/// Until no swap is left that improves and passes the guards. The mesh is in between when cancelled. The witness of a
+/// part sees it; refused edges are then counted of its own vertices only.
 /// errors  Cancelled
 template <class R>
 Result<void> run_rounds(Surface& surface, R& rule, NearVertices& near, const Limits& limits, const Context& context,
-                        PassReport& report) {
+                        PassReport& report, std::span<const std::uint8_t> own = {}, Witness* witness = nullptr) {
   Contest contest(surface, near, context);
   auto normal = [&](std::uint32_t slot) { return rule.normal(slot); };
   do {
+    if (witness) witness->begin_turn();
     while (contest.anything_to_judge() || contest.competing()) {
       contest.judge_all([&](std::uint32_t edge) -> Judged {
         const double gain = rule.gain(edge);
@@ -125,6 +130,7 @@ Result<void> run_rounds(Surface& surface, R& rule, NearVertices& near, const Lim
         return {refusal == Refusal::None ? static_cast<float>(gain) : 0, refusal};
       });
       contest.choose();
+      if (witness) contest.tell(*witness);
       const auto& winners = contest.winners();
       for_each_range(context, winners.size(), 1024, [&](std::size_t begin, std::size_t end) {
         for (std::size_t w = begin; w < end; ++w) {
@@ -138,7 +144,7 @@ Result<void> run_rounds(Surface& surface, R& rule, NearVertices& near, const Lim
     }
   } while (contest.reopen());
   report.swaps = contest.swaps_made();
-  report.refused = contest.count_refused();
+  report.refused = contest.count_refused(own);
   return {};
 }
 

@@ -25,7 +25,8 @@ const Kind kKinds[] = {{"map", false, sizeof(TotalRow)},
                        {"settle", true, sizeof(reduce::Drop)},
                        {"stars", false, 1},
                        {"mesh", true, 1},
-                       {"swap", true, 1},
+                       {"swap", false, 1},
+                       {"join", true, 1},
                        {"verify", false, sizeof(verify::PieceVerdict::Vertex)}};
 
 }  // namespace
@@ -88,12 +89,15 @@ std::vector<std::vector<PartTask>> scan_waves(const Cut& cut, const What& what) 
   auto waves = waves_of(cut, what.reduce.representative);
   if (what.grow.engine != Engine::Front) add_wave(waves, PartStage::Stars, cut.batches);
   add_wave(waves, PartStage::Mesh, 1);
-  add_wave(waves, PartStage::Swap, 1);
+  add_wave(waves, PartStage::Swap, cut.batches);
+  add_wave(waves, PartStage::Join, 1);
   add_wave(waves, PartStage::Verify, cut.pieces);
   return waves;
 }
 
-bool wants_whole(PartStage stage) { return stage == PartStage::Settle || stage >= PartStage::Mesh; }
+bool wants_whole(PartStage stage) {
+  return stage == PartStage::Settle || stage == PartStage::Mesh || stage >= PartStage::Join;
+}
 
 namespace {
 
@@ -109,7 +113,8 @@ std::optional<PartTask> last_reader(PartStage stage) {
     case PartStage::Stars:
       return PartTask{PartStage::Mesh, 0};
     case PartStage::Mesh:
-      return PartTask{PartStage::Swap, 0};
+    case PartStage::Swap:
+      return PartTask{PartStage::Join, 0};
     default:
       return std::nullopt;
   }
@@ -131,13 +136,13 @@ bool is_done(const Cut& cut, const PartTask& task) {
 }
 
 void remove_read_parts(const Cut& cut, PartStage made) {
-  for (const PartStage stage :
-       {PartStage::Map, PartStage::Frame, PartStage::Pick, PartStage::Thin, PartStage::Stars, PartStage::Mesh}) {
-    if (last_reader(stage)->stage != made) continue;
+  for (auto n = static_cast<std::uint8_t>(PartStage::Map); n <= static_cast<std::uint8_t>(PartStage::Verify); ++n) {
+    const auto stage = static_cast<PartStage>(n);
+    if (const auto reader = last_reader(stage); !reader || reader->stage != made) continue;
     const std::uint32_t count = kKinds[static_cast<std::size_t>(stage)].is_one ? 1 : std::max(cut.pieces, cut.batches);
-    for (std::uint32_t n = 0; n < count; ++n) {
-      (void)store::remove_tree(path_of(cut, name_of({stage, n})));
-      if (stage == PartStage::Map) (void)store::remove_tree(path_of(cut, link_name(n)));
+    for (std::uint32_t number = 0; number < count; ++number) {
+      (void)store::remove_tree(path_of(cut, name_of({stage, number})));
+      if (stage == PartStage::Map) (void)store::remove_tree(path_of(cut, link_name(number)));
     }
   }
 }

@@ -12,7 +12,8 @@
 //   settle    the open ones, over all rows
 //   stars b   the triangles that the points of some bricks propose, and which of them agree (engine: stars)
 //   mesh      the vote over all bricks, completion, patches, merged
-//   swap      its edges swapped
+//   swap b    the edges at the vertices of some bricks swapped, with the mesh around them
+//   join      all bricks' together, once their neighbours saw the same
 //   verify p  third pass over a piece: distances of its points from the mesh
 #pragma once
 #include <cstdint>
@@ -34,7 +35,7 @@ struct Cut {
   std::uint32_t brick_bins = 256;  // edge; a power of two from 8 to 1024
 };
 
-enum class PartStage : std::uint8_t { Map, Gather, Frame, Pick, Points, Thin, Settle, Stars, Mesh, Swap, Verify };
+enum class PartStage : std::uint8_t { Map, Gather, Frame, Pick, Points, Thin, Settle, Stars, Mesh, Swap, Join, Verify };
 struct PartTask {
   PartStage stage = PartStage::Map;
   std::uint32_t number = 0;

@@ -7,27 +7,11 @@
 #include "cloud/piece.hpp"
 #include "pipeline/cut_reduction.hpp"
 #include "pipeline/cut_stars.hpp"
-#include "pipeline/part_lists.hpp"
+#include "pipeline/cut_swaps.hpp"
+#include "pipeline/surface_lists.hpp"
 
 namespace scanmill::pipeline {
 namespace {
-
-/// What distances are measured against, for either direction.
-template <class Store, class Surface>
-void store_judged(Store& store, Surface& surface) {
-  store(surface.mesh.positions, surface.mesh.triangles, surface.mesh.patch, surface.mesh.offset, surface.vertex_row,
-        surface.stray_rows);
-}
-
-template <class Store, class Surface>
-void store_rest(Store& store, Surface& surface) {
-  auto& patches = surface.patches;
-  store(patches.patch, patches.rank, patches.patches, patches.refused_normal);
-  store(surface.borders, surface.strays, surface.loops, surface.stars, surface.refused, surface.refused_overlap,
-        surface.components, surface.sides_by_volume, surface.kept_used, surface.kept_in_strays);
-}
-
-constexpr PartTask kMesh{PartStage::Mesh, 0}, kSwap{PartStage::Swap, 0};
 
 struct Verdict {
   verify::PieceVerdict piece;
@@ -78,7 +62,7 @@ Result<void> make_verdict(const Cut& cut, const PartTask& task, const MeshedSurf
 
 Result<void> mesh_cut(const Cut& cut, const What& what, const SizeCheck& is_plausible, const Context& context,
                       Progress& progress) {
-  if (is_done(cut, kMesh)) return {};
+  if (is_done(cut, kMeshTask)) return {};
   TRY_ASSIGN(const reduce::Reduction reduction, join_reduction(cut));
   TRY(is_plausible(reduction.report));
   std::optional<std::vector<stars::Ballot>> ballots;
@@ -87,37 +71,11 @@ Result<void> mesh_cut(const Cut& cut, const What& what, const SizeCheck& is_plau
   }
   TRY_ASSIGN(const MeshedSurface surface,
              mesh_surface(reduction.cloud, reduction.report.bounds, what, context, progress, std::move(ballots)));
-  TRY_ASSIGN(PartWriter writer, create_part(cut, kMesh));
-  Keeper keeper(writer);
-  store_judged(keeper, surface);
-  store_rest(keeper, surface);
-  keeper(reduction.report.bin_mm);
-  TRY(std::move(keeper.state));
-  return writer.commit();
-}
-
-Result<void> swap_cut(const Cut& cut, const What& what, const Context& context, Progress& progress) {
-  if (is_done(cut, kSwap)) return {};
-  TRY_ASSIGN(const PartFile file, need_part(cut, kMesh));
-  MeshedSurface surface;
-  double bin_mm = 0;
-  Taker taker(file);
-  store_judged(taker, surface);
-  store_rest(taker, surface);
-  taker(bin_mm);
-  TRY(std::move(taker.state));
-  TRY_ASSIGN(const optimise::Report swaps, optimise_surface(surface, what, bin_mm, context, progress));
-  TRY_ASSIGN(PartWriter writer, create_part(cut, kSwap));
-  Keeper keeper(writer);
-  store_judged(keeper, surface);
-  store_rest(keeper, surface);
-  keeper(swaps);
-  TRY(std::move(keeper.state));
-  return writer.commit();
+  return write_mesh(cut, surface, reduction.cloud.bins, reduction.report.bin_mm);
 }
 
 Result<MadeSurface> join_surface(const Cut& cut) {
-  TRY_ASSIGN(const PartFile file, need_part(cut, kSwap));
+  TRY_ASSIGN(const PartFile file, need_part(cut, kJoinTask));
   MadeSurface made;
   TRY_ASSIGN(made.reduction, join_reduction(cut));
   Taker taker(file);
@@ -132,7 +90,7 @@ Result<void> verify_piece(const Cut& cut, std::uint32_t piece, const TracedPoint
                           const Context& context) {
   const PartTask task{PartStage::Verify, piece};
   if (is_done(cut, task)) return {};
-  TRY_ASSIGN(const PartFile file, need_part(cut, kSwap));
+  TRY_ASSIGN(const PartFile file, need_part(cut, kJoinTask));
   MeshedSurface surface;
   Taker taker(file);
   store_judged(taker, surface);

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The tasks of a scan behind its stars (cut_scan.hpp): the mesh, its swaps, and the distances of all points from it,
-// piece by piece of the input.
+// The mesh of a scan that is cut (cut_scan.hpp), and the distances of all points from it, piece by piece of the input.
 #pragma once
 #include <functional>
 
@@ -21,12 +20,11 @@ struct MadeSurface {
 
 /// Whether a cloud of this size can be a scan: said before anything is meshed.
 using SizeCheck = std::function<Result<void>(const reduce::Report&)>;
-/// The tasks `mesh` and `swap`; nothing is done when the file is there.
+/// The task `mesh`; nothing is done when the file is there.
 /// errors  IoFailed naming the task that makes what is missing; those of the stages; NoSpace
 Result<void> mesh_cut(const Cut& cut, const What& what, const SizeCheck& is_plausible, const Context& context,
                       Progress& progress);
-Result<void> swap_cut(const Cut& cut, const What& what, const Context& context, Progress& progress);
-/// What they made, once it is there.
+/// What the tasks up to `join` made, once it is there.
 Result<MadeSurface> join_surface(const Cut& cut);
 
 /// A scan's points, and the files they come from: those keep traces of what was read.

@@ -111,14 +111,22 @@ class JudgedPoints final : public PointSource {
 
 }  // namespace
 
-Result<optimise::Report> optimise_surface(MeshedSurface& surface, const What& what, double bin_mm,
-                                          const Context& context, Progress& progress) {
-  progress.stage("optimise", 0, 0);
-  const optimise::Limits limits{what.grow.range_bins * bin_mm, cos_of_degrees(what.grow.min_angle_deg)};
-  TRY_ASSIGN(optimise::Report report, optimise::optimise(surface.mesh, what.optimise, limits, context));
+optimise::Limits swap_limits(const What& what, double bin_mm) {
+  return {what.grow.range_bins * bin_mm, cos_of_degrees(what.grow.min_angle_deg)};
+}
+
+void measure_again(MeshedSurface& surface) {
   surface.patches.patch = surface.mesh.patch;
   measure_patches(surface.mesh, surface.patches);
   rank_again(surface.mesh, surface.patches);
+}
+
+Result<optimise::Report> optimise_surface(MeshedSurface& surface, const What& what, double bin_mm,
+                                          const Context& context, Progress& progress) {
+  progress.stage("optimise", 0, 0);
+  TRY_ASSIGN(optimise::Report report,
+             optimise::optimise(surface.mesh, what.optimise, swap_limits(what, bin_mm), context));
+  measure_again(surface);
   return report;
 }
 

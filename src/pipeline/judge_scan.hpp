@@ -22,6 +22,11 @@ namespace scanmill::pipeline {
 Result<optimise::Report> optimise_surface(MeshedSurface& surface, const What& what, double bin_mm,
                                           const Context& context, Progress& progress);
 
+/// What the swaps keep to.
+optimise::Limits swap_limits(const What& what, double bin_mm);
+/// After the swaps.
+void measure_again(MeshedSurface& surface);
+
 struct Fit {
   verify::Report report;
   std::uint64_t points_in_strays = 0;  // in bins of dropped pieces: listed with these, not judged

@@ -41,10 +41,11 @@ class Keeper {
   PartWriter& writer_;
 };
 
-/// The same back.
+/// The same back, from `at` on.
 class Taker {
  public:
-  explicit Taker(const PartFile& file) : file_(file) {}
+  explicit Taker(const PartFile& file, std::uint64_t at = 0) : file_(file), at_(at) {}
+  std::uint64_t at() const { return at_; }
   template <class... Values>
   void operator()(Values&... values) {
     (take(values), ...);
@@ -76,7 +77,50 @@ class Taker {
     at_ += count;
   }
   const PartFile& file_;
-  std::uint64_t at_ = 0;
+  std::uint64_t at_;
+};
+
+/// A list that is not taken whole.
+template <class T>
+class ListView {
+ public:
+  /// Where a list begins; moves `at` behind it.
+  static Result<ListView> open(const PartFile& file, std::uint64_t& at) {
+    ListView list(file);
+    Taker taker(file, at);
+    taker(list.count_);
+    TRY(std::move(taker.state));
+    list.begin_ = taker.at();
+    if (list.count_ > (file.rows() - list.begin_) / sizeof(T))
+      return fail(Code::IoFailed, "is shorter than its lists; remove it and run again");
+    at = list.begin_ + list.count_ * sizeof(T);
+    return list;
+  }
+  std::uint64_t size() const { return count_; }
+  /// Values [first, last), behind those in `out`.
+  Result<void> read(std::uint64_t first, std::uint64_t last, std::vector<T>& out) const {
+    const std::size_t before = out.size();
+    out.resize(before + static_cast<std::size_t>(last - first));
+    return file_.read(begin_ + first * sizeof(T),
+                      {reinterpret_cast<char*>(out.data() + before), (out.size() - before) * sizeof(T)});
+  }
+  /// The first value that is not before; those that are come first.
+  template <class IsBefore>
+  Result<std::uint64_t> first_not(const IsBefore& is_before) const {
+    std::uint64_t low = 0, high = count_;
+    while (low < high) {
+      const std::uint64_t middle = low + (high - low) / 2;
+      T value;
+      TRY(file_.read(begin_ + middle * sizeof(T), {reinterpret_cast<char*>(&value), sizeof value}));
+      (is_before(value) ? low = middle + 1 : high = middle);
+    }
+    return low;
+  }
+
+ private:
+  explicit ListView(const PartFile& file) : file_(file) {}
+  const PartFile& file_;
+  std::uint64_t begin_ = 0, count_ = 0;
 };
 
 }  // namespace scanmill::pipeline

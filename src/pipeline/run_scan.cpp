@@ -13,6 +13,7 @@
 #include "pipeline/cut_reduction.hpp"
 #include "pipeline/cut_stars.hpp"
 #include "pipeline/cut_surface.hpp"
+#include "pipeline/cut_swaps.hpp"
 #include "pipeline/density.hpp"
 #include "pipeline/finish_scan.hpp"
 #include "pipeline/judge_scan.hpp"
@@ -155,7 +156,9 @@ Result<void> make_what(const PartTask& task, const ScanPoints& points, const Poi
       return mesh_cut(
           cut, what, [&](const reduce::Report& report) { return check_size(points, report); }, context, progress);
     case PartStage::Swap:
-      return swap_cut(cut, what, context, progress);
+      return swap_batch(cut, task.number, what, context);
+    case PartStage::Join:
+      return join_swaps(cut, what, context, progress);
     case PartStage::Verify:
       return verify_piece(cut, task.number, {source, points}, what, context);
     default:
@@ -174,14 +177,14 @@ Result<void> make_task(const PartTask& task, const ScanPoints& points, const Poi
 bool has_come_far(const Cut& cut) {
   for (std::uint32_t n = 0; n < cut.pieces; ++n)
     if (open_part(cut, {PartStage::Verify, n})) return true;
-  return open_part(cut, {PartStage::Swap, 0}).has_value();
+  return open_part(cut, {PartStage::Join, 0}).has_value();
 }
 
 /// Every part of the middle of the job that is not there, one after the other, and what they come to: those that a disk
 /// lost. Where the parts have not been made yet it is too early.
 Result<MadeSurface> make_in_parts(const ScanPoints& points, const PointSource& source, const What& what, const Cut& cut,
                                   const Context& context, Progress& progress, StageClock& clock) {
-  if (!has_come_far(cut)) return need_part(cut, {PartStage::Swap, 0}).error();
+  if (!has_come_far(cut)) return need_part(cut, {PartStage::Join, 0}).error();
   for (const auto& wave : scan_waves(cut, what)) {
     const PartStage stage = wave.front().stage;
     if (stage == PartStage::Verify) break;

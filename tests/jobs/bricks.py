@@ -120,7 +120,7 @@ def kills_cost_the_parts_in_flight(work):
     # Killed when this many parts of a kind are there.
     for kind, wanted in [("map", 1), ("map", 4), ("gather", 1), ("frame", 3), ("frame", 9), ("frame", 16), ("pick", 2),
                          ("pick", 7), ("points", 1), ("thin", 2), ("thin", 11), ("settle", 1), ("stars", 5), ("stars", 14),
-                         ("mesh", 1), ("swap", 1), ("verify", 1), ("verify", 6)]:
+                         ("mesh", 1), ("swap", 3), ("swap", 12), ("join", 1), ("verify", 1), ("verify", 6)]:
         running = subprocess.Popen([SCANMILL, "run", f"{work}/job.yaml", "--out", out, "--progress", "none", *cut],
                                    stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True)
         while running.poll() is None and len(glob.glob(f"{folder}/{kind}*.part")) < wanted:
@@ -143,7 +143,7 @@ def kills_cost_the_parts_in_flight(work):
             os.truncate(f"{folder}/{short}.part", os.path.getsize(f"{folder}/{short}.part") // 2)
             there, gone = {}, set()
     names = {os.path.basename(path) for path in now}
-    assert not [name for name in names if name.split("-")[0] in ("map", "frame", "pick", "thin", "stars", "mesh.part")], names
+    assert not [name for name in names if name.split("-")[0] in ("map", "frame", "pick", "thin", "stars", "mesh.part", "swap")], names
     run(f"{work}/job.yaml", out, *cut)
     same(f"{work}/whole", out)
 

@@ -8,6 +8,8 @@
 #include "base/digest.hpp"
 #include "pipeline/cut_reduction.hpp"
 #include "pipeline/cut_stars.hpp"
+#include "pipeline/cut_surface.hpp"
+#include "pipeline/cut_swaps.hpp"
 #include "pipeline/part_rows.hpp"
 #include "support/meshing.hpp"
 #include "support/temp_folder.hpp"
@@ -201,6 +203,44 @@ TEST(CutStars, GiveTheSurfaceOfTheWhole) { expect_the_surface_of_the_whole(Shell
 
 /// No side is known, and triangles contradict each other everywhere.
 TEST(CutStars, GiveTheTangleOfTheWhole) { expect_the_surface_of_the_whole(Shells(24, 1500, 3, false)); }
+
+TEST(CutSwaps, GiveTheMeshOfTheWhole) {
+  const Shells points(24, 4000);
+  const ChunkLoop loop(2);
+  const CancelFlag cancel;
+  const Context context{loop, cancel};
+  const What what = support::what_of(kEdge);
+  NoProgress quiet;
+  const auto whole = reduce::reduce_cloud(points, what.lattice, what.reduce, context);
+  ASSERT_TRUE(whole.ok()) << whole.error().text();
+  auto wanted = mesh_surface(whole->cloud, whole->report.bounds, what, context, quiet);
+  ASSERT_TRUE(wanted.ok()) << wanted.error().text();
+  const auto before = wanted->mesh.triangles;
+  const auto report = optimise_surface(*wanted, what, kEdge, context, quiet);
+  ASSERT_TRUE(report.ok()) << report.error().text();
+  ASSERT_NE(wanted->mesh.triangles, before);
+  for (const std::uint32_t brick_bins : {8u, 32u, 1024u}) {
+    const support::TempFolder folder;
+    const Cut cut{folder.path(), std::string(64, 'a'), 3, 5, brick_bins};
+    const CutReduction reduction(points, what.lattice, what.reduce, cut);
+    for (const auto& wave : waves_of(cut, what.reduce.representative))
+      for (const PartTask& task : wave) ASSERT_TRUE(reduction.make(task, context).ok()) << name_of(task);
+    for (std::uint32_t batch = 0; batch < cut.batches; ++batch) ASSERT_TRUE(star_batch(cut, batch, what, context).ok());
+    const auto any_size = [](const reduce::Report&) -> Result<void> { return {}; };
+    ASSERT_TRUE(mesh_cut(cut, what, any_size, context, quiet).ok());
+    for (std::uint32_t batch = cut.batches; batch-- > 0;) ASSERT_TRUE(swap_batch(cut, batch, what, context).ok());
+    ASSERT_TRUE(join_swaps(cut, what, context, quiet).ok());
+    const auto found = join_surface(cut);
+    ASSERT_TRUE(found.ok()) << found.error().text();
+    EXPECT_EQ(wanted->mesh.triangles, found->surface.mesh.triangles) << brick_bins;
+    EXPECT_EQ(wanted->mesh.patch, found->surface.mesh.patch) << brick_bins;
+    EXPECT_EQ(wanted->patches.rank, found->surface.patches.rank) << brick_bins;
+    EXPECT_EQ(report->smooth.swaps, found->swaps.smooth.swaps) << brick_bins;
+    EXPECT_EQ(report->feature.rounds, found->swaps.feature.rounds) << brick_bins;
+    EXPECT_EQ(report->feature.angle_p5_after_deg, found->swaps.feature.angle_p5_after_deg) << brick_bins;
+    EXPECT_EQ(report->after_feature.dihedral_sum_deg, found->swaps.after_feature.dihedral_sum_deg) << brick_bins;
+  }
+}
 
 struct SmallCut : testing::Test {
   SmallCut() { lattice.bin_mm = kEdge; }
