@@ -421,10 +421,13 @@ bool Scheduler::goes_again(WorkItem item, const Ended& ended, const ScanEntry& e
   std::string why;
   const double passed = p_.how.retry_wait_s * std::pow(4, item.transient);
   // The memory of a process that made other scans is in pieces: what lacked it there gets one of its own.
-  if (entry.failure == FailureClass::Resource && p_.memory > 0 && (ended.order.memory < p_.memory || ended.reused)) {
+  if (entry.failure == FailureClass::Resource && p_.memory > 0 && (!had_all || ended.reused)) {
     item.memory = std::min(p_.memory, 2 * ended.order.memory);
-    why = "with " + bytes_text(item.memory) + " of memory";
+    why = had_all ? "in a process of its own"
+                  : "with " + bytes_text(item.memory) + " of memory in place of " + bytes_text(ended.order.memory);
   } else if (entry.failure == FailureClass::Transient && item.transient < p_.how.retry_transient) {
+  // Shares of all cores come to a few bytes less than the whole.
+  const bool had_all = ended.order.memory >= p_.memory - p_.memory / 100;
     item.not_before = Clock::now() + std::chrono::milliseconds(static_cast<std::int64_t>(1000 * passed));
     ++item.transient;
     why = "in " + number_text(passed) + " s";

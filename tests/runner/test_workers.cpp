@@ -196,6 +196,7 @@ TEST_F(Workers, GetMoreMemoryWhenTheyLackIt) {
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
   EXPECT_GT(tries("t-heavy"), 1u);
   EXPECT_NE(text.find("tried again with"), std::string::npos) << text;
+  EXPECT_NE(text.find(" of memory in place of "), std::string::npos) << text;
   EXPECT_GT(entry("t-heavy")->find("peak_memory_bytes")->as_integer(), 300 << 20);
   // What it needed is remembered.
   scan("t-heavy", "heavy2");
@@ -212,6 +213,19 @@ TEST_F(Workers, GetMoreMemoryWhenTheyLackIt) {
   EXPECT_EQ(run(), 0) << text;
   EXPECT_EQ(state("t-heavy"), "done");
 #endif
+}
+
+TEST_F(Workers, ThatHadAllOfTheMemoryAreNotPromisedMore) {
+  scan("only", "light");
+  work.before_end = [&](const std::string& name) {
+    count_try(name);
+    if (tries(name) < 2) raise(SIGKILL);
+  };
+  // A cap that its cores do not divide: the share of all of them is a few bytes less.
+  EXPECT_EQ(run([](RunOptions& options) { options.memory = (512u << 20) + 1; }), 0) << text;
+  EXPECT_NE(text.find("was killed from outside"), std::string::npos) << text;
+  EXPECT_NE(text.find("tried again once more"), std::string::npos) << text;
+  EXPECT_EQ(text.find("of memory in place of"), std::string::npos) << text;
 }
 
 TEST_F(Workers, MakeSmallScansOneAfterTheOther) {
