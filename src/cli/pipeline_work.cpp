@@ -4,6 +4,8 @@
 #include <algorithm>
 
 #include "base/digest.hpp"
+#include "pipeline/bin_forecast.hpp"
+#include "pipeline/part_forecast.hpp"
 #include "pipeline/what.hpp"
 
 namespace scanmill::cli {
@@ -181,7 +183,7 @@ namespace {
 
 constexpr std::uint64_t kPieceBytes = 512ull << 20;  // of input
 constexpr std::uint32_t kMostParts = 4096, kEdge = 256;
-constexpr const char* kInputs = "inputs";  // the part that reads all of the input once, so that no other has to
+constexpr const char* kInputs = "inputs";  // the part that reads all of the input once: its hash, and its bins
 
 /// Numbers of the cut, by keys and bytes alone; the folder and the identity are not known yet.
 pipeline::Cut cut_by(const runner::BrickKeys& keys, std::uint64_t bytes) {
@@ -233,8 +235,37 @@ Result<void> PipelineWork::make_part(std::size_t scan, const Node& resolved, con
   const pipeline::ScanSpec& spec = spec_of(scan, room);
   TRY_ASSIGN(const pipeline::What what, pipeline::what_from(resolved, spec.name));
   TRY_ASSIGN(const pipeline::Cut cut, cut_of(scan, resolved, keys, folder));
-  if (part == kInputs) return {};  // its hash was wanted, and is known now
+  if (part == kInputs) {  // its hash is known now; how large its parts will be is not
+    if (pipeline::kept_counts(cut)) return {};
+    TRY_ASSIGN(const pipeline::BinCounts bins, pipeline::count_scan(archive_, spec, what, cut, context, progress));
+    return pipeline::keep_counts(cut, bins);
+  }
   return pipeline::make_part(archive_, spec, what, cut, part, context, progress);
+}
+
+Result<std::optional<runner::CutForecast>> PipelineWork::forecast_parts(std::size_t scan, const Node& resolved,
+                                                                        const runner::BrickKeys& keys,
+                                                                        const std::string& folder,
+                                                                        const Context& context, Progress& progress) {
+  pipeline::ScanSpec room;
+  const pipeline::ScanSpec& spec = spec_of(scan, room);
+  TRY_ASSIGN(const pipeline::What what, pipeline::what_from(resolved, spec.name));
+  TRY_ASSIGN(const pipeline::Cut cut, cut_of(scan, resolved, keys, folder));
+  auto bins = pipeline::kept_counts(cut);
+  if (!bins) {
+    TRY_ASSIGN(bins, pipeline::count_scan(archive_, spec, what, cut, context, progress));
+  }
+  runner::CutForecast forecast{{}, {}, bins->of_all * pipeline::BinForecast::kBytesPerBin, bins->of_all};
+  for (const pipeline::WaveForecast& wave : pipeline::forecast_waves(cut, what, *bins)) {
+    forecast.disk.push_back(wave.disk);
+    forecast.cpu.push_back(wave.cpu);
+  }
+  // What was made by an earlier run asks for nothing more.
+  const auto waves = pipeline::scan_waves(cut, what);
+  for (std::size_t n = 0; n < waves.size(); ++n)
+    if (std::all_of(waves[n].begin(), waves[n].end(), [&](const auto& task) { return pipeline::is_done(cut, task); }))
+      forecast.disk[n + 1] = 0;
+  return std::optional(std::move(forecast));
 }
 
 void PipelineWork::use_parts(std::size_t scan, const runner::BrickKeys& keys, const std::string& folder) {

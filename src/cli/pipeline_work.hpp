@@ -34,6 +34,9 @@ class PipelineWork final : public runner::Work {
   Result<void> make_part(std::size_t scan, const document::Node& resolved, const runner::BrickKeys& keys,
                          const std::string& folder, const std::string& part, const Context& context,
                          Progress& progress) override;
+  Result<std::optional<runner::CutForecast>> forecast_parts(std::size_t scan, const document::Node& resolved,
+                                                            const runner::BrickKeys& keys, const std::string& folder,
+                                                            const Context& context, Progress& progress) override;
   void use_parts(std::size_t scan, const runner::BrickKeys& keys, const std::string& folder) override;
   Result<std::optional<runner::Outcome>> rewrite(std::size_t scan, const document::Node& resolved,
                                                  const std::string& standing,

@@ -5,8 +5,8 @@
 
 namespace scanmill::pipeline {
 
-BinForecast::BinForecast(const reduce::LocalFrame& frame, int workers)
-    : frame_(frame), parts_(static_cast<std::size_t>(workers)) {}
+BinForecast::BinForecast(const reduce::LocalFrame& frame, int workers, int one_in)
+    : frame_(frame), one_in_(static_cast<std::uint64_t>(one_in)), parts_(static_cast<std::size_t>(workers)) {}
 
 void BinForecast::look(int worker, const PointBlock& block) {
   Part& part = parts_[static_cast<std::size_t>(worker)];
@@ -19,7 +19,7 @@ void BinForecast::look(int worker, const PointBlock& block) {
     const LocalBin leaf{bin[0] >> 3, bin[1] >> 3, bin[2] >> 3};
     if (!known || leaf != last) {
       const auto word = [](std::int32_t v) { return static_cast<std::uint64_t>(static_cast<std::uint32_t>(v)); };
-      taken = mix64(word(leaf[0]) ^ mix64(word(leaf[1]) ^ mix64(word(leaf[2])))) % kOneIn == 0;
+      taken = mix64(word(leaf[0]) ^ mix64(word(leaf[1]) ^ mix64(word(leaf[2])))) % one_in_ == 0;
       last = leaf;
       known = true;
     }
@@ -29,15 +29,24 @@ void BinForecast::look(int worker, const PointBlock& block) {
   part.tree.slots_of(part.bins, part.slots);
 }
 
-std::uint64_t BinForecast::bins() {
+void BinForecast::take(Part& from) {
   Part& all = parts_.front();
+  all.bins.clear();
+  for (const BinTree::Entry& entry : from.tree.sorted(frame_.base)) all.bins.push_back(entry.bin);
+  all.slots.resize(all.bins.size());
+  all.tree.slots_of(all.bins, all.slots);
+}
+
+std::uint64_t BinForecast::bins() {
   for (std::size_t n = 1; n < parts_.size(); ++n) {
-    all.bins.clear();
-    for (const BinTree::Entry& entry : parts_[n].tree.sorted(frame_.base)) all.bins.push_back(entry.bin);
-    all.slots.resize(all.bins.size());
-    all.tree.slots_of(all.bins, all.slots);
+    take(parts_[n]);
+    parts_[n] = {};
   }
-  return static_cast<std::uint64_t>(all.tree.size()) * kOneIn;
+  return static_cast<std::uint64_t>(parts_.front().tree.size()) * one_in_;
+}
+
+void BinForecast::add(BinForecast& other) {
+  for (Part& part : other.parts_) take(part);
 }
 
 }  // namespace scanmill::pipeline

@@ -248,6 +248,17 @@ Result<void> make_part(const std::string& archive, const ScanSpec& scan, const W
   return fail(Code::BadParameter, "found part '" + part + "'; such a scan has no part of this name", scan.name);
 }
 
+Result<BinCounts> count_scan(const std::string& archive, const ScanSpec& scan, const What& what, const Cut& cut,
+                             const Context& context, Progress& progress) {
+  TRY_ASSIGN(const auto points, ScanPoints::open(archive, scan, what.units_mm, what.format));
+  auto clean = clean_scan(*points, what, context, progress);
+  if (!clean.ok()) return name_file(std::move(clean).error(), scan);
+  const CleanedScan cleaned = std::move(clean).value();
+  auto counts = count_bins(WatchedPoints(*cleaned.points, "inputs", progress), what, cut, context);
+  if (!counts.ok()) return name_file(explained(std::move(counts).error(), cleaned), scan);
+  return counts;
+}
+
 std::vector<std::pair<std::string, std::string>> stage_versions() {
   return {{"read", "3"}, {"clean", "1"},    {"reduce", "3"}, {"stars", "2"},  {"front", "1"},  {"merge", "2"},
           {"grow", "2"}, {"optimise", "1"}, {"verify", "2"}, {"export", "3"}, {"record", "7"}, {"report", "6"}};

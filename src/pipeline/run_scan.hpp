@@ -14,6 +14,7 @@
 #include "pipeline/cut_scan.hpp"
 #include "pipeline/discovery.hpp"
 #include "pipeline/hash_cache.hpp"
+#include "pipeline/part_forecast.hpp"
 #include "pipeline/stage_clock.hpp"
 #include "pipeline/what.hpp"
 
@@ -43,6 +44,9 @@ bool is_cuttable(const What& what);
 /// errors  BadParameter for a name that the cut does not have; those of run_scan up to its reduction
 Result<void> make_part(const std::string& archive, const ScanSpec& scan, const What& what, const Cut& cut,
                        const std::string& part, const Context& context, Progress& progress);
+/// What its parts hold, from one pass over its points.
+Result<BinCounts> count_scan(const std::string& archive, const ScanSpec& scan, const What& what, const Cut& cut,
+                             const Context& context, Progress& progress);
 
 /// Names and versions of the stages in the order of the flow; a version rises when the stage's bytes change.
 std::vector<std::pair<std::string, std::string>> stage_versions();

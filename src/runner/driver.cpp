@@ -273,7 +273,7 @@ class Driver {
       abandon_waves(tree_, false);
       (void)tree_.remove_leftovers();  // of tasks whose node was lost
     }
-    if (options_.dry_run && code == kExitGood) show_forecast();
+    if (options_.dry_run && code == kExitGood) show_forecast(maker);
     if (journal_) {
       Node tail = Node::map();
       tail.set("type", "left");
@@ -284,7 +284,25 @@ class Driver {
     return code;
   }
 
-  void show_forecast() {
+  /// How a scan that is cut will be made; reads its points.
+  std::vector<ForecastWave> waves_of(const SelectedScan& scan, const ScanMaker& maker, std::uint64_t bytes) {
+    const CutParts parts = maker.parts_of(scan);
+    if (parts.waves.empty()) return {};
+    const ChunkLoop loop(report_.threads);
+    console_.begin(scan.task.name);
+    auto forecast =
+        work_.forecast_parts(scan.number, *scan.what, job_.how.brick, parts.folder, {loop, stop_.flag}, console_);
+    console_.end();
+    if (!forecast) console_.note(scan.task.name, "no forecast of its parts: " + forecast.error().text());
+    if (!forecast || !*forecast) return {};
+    if (const std::uint64_t most = std::ranges::max((*forecast)->disk); job_.how.disk > 0 && most > job_.how.disk)
+      console_.note(scan.task.name, "would be refused: its parts and results need " + bytes_text(most) +
+                                        " of disk at one time; found " + bytes_text(job_.how.disk) +
+                                        " that resources.disk (--disk) allows the run");
+    return runner::waves_of(parts, **forecast, bytes);
+  }
+
+  void show_forecast(const ScanMaker& maker) {
     Forecast forecast;
     forecast.cores = report_.threads;
     forecast.bytes_per_core_second = speed_of(tree_.journal());
@@ -293,10 +311,14 @@ class Driver {
       const std::uint64_t bytes = work_.look_at(selection_.scans[i].number).bytes;
       const char* verb = entry.fate == ScanFate::Pending ? "run" : name_of(entry.fate);
       forecast.tasks.push_back({entry.name, verb, entry.why, bytes, memory_guess(bytes)});
+      if (entry.fate == ScanFate::Pending) forecast.tasks.back().waves = waves_of(selection_.scans[i], maker, bytes);
     }
     if (options_.dag == "dot") return console_.print(to_dot(forecast));
     if (options_.dag == "json") return console_.print(document::to_json(to_document(forecast), 1) + "\n");
-    console_.result(line_of(forecast), to_document(forecast));
+    std::string lines = line_of(forecast);
+    for (const ForecastTask& task : forecast.tasks)
+      if (!task.waves.empty()) lines += "\n" + table_of(forecast, task);
+    console_.result(lines, to_document(forecast));
   }
 
   bool is_inline() const {

@@ -129,11 +129,12 @@ Result<void> cap_memory(std::uint64_t bytes) {
   return {};
 }
 
+std::uint64_t unpaged_under(std::uint64_t cap) { return cap > kBaseMemory ? (cap - kBaseMemory) / 5 * 2 : 0; }
+
 void page_beyond(std::uint64_t cap, std::uint64_t disk, const std::string& folder) {
   if (cap == 0) return;
   // What a process holds rises between two looks at it, the more the busier the machine.
-  const std::uint64_t resident = cap - cap / 5, rest = cap > kBaseMemory ? cap - kBaseMemory : 0;
-  paged::begin(folder, {resident, rest / 5 * 2, disk});
+  paged::begin(folder, {cap - cap / 5, unpaged_under(cap), disk});
 }
 
 std::string utc_now() {

@@ -48,6 +48,8 @@ Result<void> cap_memory(std::uint64_t bytes);
 /// Large pieces of memory that this process has no room for under the cap go to a nameless file in `folder`
 /// (base/paged_memory.hpp). disk  greatest size of that file; 0: what the file system has
 void page_beyond(std::uint64_t cap, std::uint64_t disk, const std::string& folder);
+/// Bytes that a process then holds before it takes some from the file.
+std::uint64_t unpaged_under(std::uint64_t cap);
 
 /// "2026-01-31T08:15:00Z"
 std::string utc_now();

@@ -73,6 +73,17 @@ void OutputTree::remove_parts(const std::string& name) const {
     folder = folder.parent_path();
 }
 
+std::uint64_t OutputTree::bytes_of_parts(const std::string& name) const {
+  std::uint64_t sum = 0;
+  std::error_code error;
+  for (fs::directory_iterator it(parts(name), error), end; !error && it != end; it.increment(error)) {
+    std::error_code unknown;
+    const std::uintmax_t bytes = it->is_regular_file(unknown) ? it->file_size(unknown) : 0;
+    sum += unknown ? 0 : bytes;
+  }
+  return sum;
+}
+
 std::vector<std::string> OutputTree::finished() const {
   std::vector<std::string> names;
   std::error_code error;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Where things are in an output tree, and the one switch by which a scan's result appears.
 #pragma once
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -48,6 +49,8 @@ class OutputTree {
   void remove_attempts(const std::string& name) const;
   /// Removes the parts of a scan, and the folders that held nothing else.
   void remove_parts(const std::string& name) const;
+  /// What they take now.
+  std::uint64_t bytes_of_parts(const std::string& name) const;
   /// Names of all scans with a result here, in byte order.
   std::vector<std::string> finished() const;
   /// True when the tree takes no more bytes.

@@ -7,6 +7,7 @@
 
 #include "base/paged_memory.hpp"
 #include "base/text.hpp"
+#include "runner/forecast.hpp"
 #include "runner/journal.hpp"
 #include "runner/machine.hpp"
 #include "runner/scan_messages.hpp"
@@ -93,6 +94,7 @@ Node to_document(const Attempt& attempt) {
   tree.set("hashes", attempt.hashes);
   tree.set("message", attempt.entry.error.message);
   tree.set("where", attempt.entry.error.where);
+  if (attempt.forecast) tree.set("forecast", to_document(*attempt.forecast));
   return tree;
 }
 
@@ -113,6 +115,7 @@ Result<Attempt> attempt_from(const Node& tree) {
   attempt.entry.error.message = texts[2];
   attempt.entry.error.where = texts[3];
   attempt.output_is_bad = bad->as_bool();
+  if (const Node* forecast = tree.find("forecast")) attempt.forecast = cut_forecast_from(*forecast);
   return attempt;
 }
 
@@ -237,6 +240,7 @@ Attempt ScanMaker::make_part(const SelectedScan& scan, ScanEntry entry, const st
   watch.stage(part, 0, 0);
   const std::string folder = frame_.tree.parts(scan.task.name);
   bool is_idle = false;
+  Attempt result;
   const auto made = [&]() -> Result<void> {
     recall_hashes(folder);
     TRY_ASSIGN(const Fingerprint fingerprint, frame_.work.fingerprint(scan.number, *scan.what));
@@ -249,13 +253,17 @@ Attempt ScanMaker::make_part(const SelectedScan& scan, ScanEntry entry, const st
     auto outcome = guarded(memory, frame_.cap, [&]() -> Result<Outcome> {
       act_on_test_fault(scan.task.name);
       const ChunkLoop loop(threads);
-      TRY(frame_.work.make_part(scan.number, *scan.what, frame_.bricks, folder, part, {loop, frame_.stop.flag}, watch));
+      const Context context{loop, frame_.stop.flag};
+      TRY(frame_.work.make_part(scan.number, *scan.what, frame_.bricks, folder, part, context, watch));
+      if (const CutParts parts = parts_of(scan); part == parts.waves.front().front()) {
+        TRY_ASSIGN(result.forecast,
+                   frame_.work.forecast_parts(scan.number, *scan.what, frame_.bricks, folder, context, watch));
+      }
       return Outcome{};
     });
     if (!outcome) return std::move(outcome).error();
     return {};
   }();
-  Attempt result;
   result.hashes = frame_.work.save_hashes_of(scan.number);
   if (!made) {
     const Error& error = made.error();
@@ -263,8 +271,9 @@ Attempt ScanMaker::make_part(const SelectedScan& scan, ScanEntry entry, const st
     result.output_is_bad = machine && frame_.tree.is_unwritable();
     fail_entry(error, load_state(frame_.tree.scan(scan.task.name)).has_value(), entry);
     entry.failed_stage = part;
-    if (const auto now = frame_.work.fingerprint(scan.number, *scan.what)) result.fingerprint = now->value;
   }
+  if (!made || result.forecast)
+    if (const auto now = frame_.work.fingerprint(scan.number, *scan.what)) result.fingerprint = now->value;
   if (is_idle) entry.fate = ScanFate::Unchanged;
   if (entry.why.empty()) entry.why = {"new or changed"};
   entry.seconds += seconds_since(began);

@@ -17,9 +17,10 @@ namespace scanmill::runner {
 /// What came of one attempt at a scan.
 struct Attempt {
   ScanEntry entry;
-  std::string fingerprint;     // empty when the inputs could not be read
-  bool output_is_bad = false;  // the output tree takes no more: nothing that follows could be kept
-  std::string hashes;          // of the scan's files, for Work::load_hashes
+  std::string fingerprint;                   // empty when the inputs could not be read
+  bool output_is_bad = false;                // the output tree takes no more: nothing that follows could be kept
+  std::string hashes;                        // of the scan's files, for Work::load_hashes
+  std::optional<CutForecast> forecast = {};  // from the first part of a scan
 };
 
 document::Node to_document(const Attempt& attempt);

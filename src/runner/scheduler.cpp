@@ -381,6 +381,13 @@ void Scheduler::end(Ended&& ended) {
   if (output_is_bad) code_ = kExitInternal;
 }
 
+/// Of a scan that failed: an earlier result stays.
+void Scheduler::keep_result(ScanEntry& entry) const {
+  const bool has_result = store::exists(p_.tree.scan(entry.name) + "/" + kStateFile);
+  entry.fate = has_result ? ScanFate::Stale : ScanFate::Failed;
+  if (has_result) entry.files = result_files(p_.tree, entry.name);
+}
+
 /// The process died without an answer.
 void Scheduler::take_over_death(Ended& ended, ScanEntry& entry) const {
   ++entry.attempts;
@@ -390,9 +397,7 @@ void Scheduler::take_over_death(Ended& ended, ScanEntry& entry) const {
   entry.failed_stage = ended.stage;
   if (entry.started.empty()) entry.started = utc_now();
   entry.ended = utc_now();
-  const bool has_result = store::exists(p_.tree.scan(entry.name) + "/" + kStateFile);
-  entry.fate = has_result ? ScanFate::Stale : ScanFate::Failed;
-  if (has_result) entry.files = result_files(p_.tree, entry.name);
+  keep_result(entry);
   const std::string stage = ended.stage.empty() ? "" : " in stage " + ended.stage;
   if (p_.stop.flag.is_set()) {
     entry.fate = ScanFate::Interrupted;
@@ -420,14 +425,14 @@ bool Scheduler::goes_again(WorkItem item, const Ended& ended, const ScanEntry& e
   if (p_.stop.signal != 0 || p_.stop.flag.is_set() || p_.options.dry_run) return false;
   std::string why;
   const double passed = p_.how.retry_wait_s * std::pow(4, item.transient);
+  // Shares of all cores come to a few bytes less than the whole.
+  const bool had_all = ended.order.memory >= p_.memory - p_.memory / 100;
   // The memory of a process that made other scans is in pieces: what lacked it there gets one of its own.
   if (entry.failure == FailureClass::Resource && p_.memory > 0 && (!had_all || ended.reused)) {
     item.memory = std::min(p_.memory, 2 * ended.order.memory);
     why = had_all ? "in a process of its own"
                   : "with " + bytes_text(item.memory) + " of memory in place of " + bytes_text(ended.order.memory);
   } else if (entry.failure == FailureClass::Transient && item.transient < p_.how.retry_transient) {
-  // Shares of all cores come to a few bytes less than the whole.
-  const bool had_all = ended.order.memory >= p_.memory - p_.memory / 100;
     item.not_before = Clock::now() + std::chrono::milliseconds(static_cast<std::int64_t>(1000 * passed));
     ++item.transient;
     why = "in " + number_text(passed) + " s";

@@ -51,6 +51,7 @@ class Scheduler {
   void begin_again(std::size_t scan, ScanEntry& entry);
   void tell_of_cut(std::size_t scan);
   void end_part(const WorkItem& item, Ended&& ended);
+  std::optional<Error> lack_for_parts(std::size_t scan, const CutForecast& forecast) const;
   WorkItem take_from_work(const Order& order);
   void tell_of_deadline();
   void tell_of_waits();
@@ -60,6 +61,7 @@ class Scheduler {
   bool settles(WorkItem& item);
   void leave_for_later(std::size_t scan, const std::string& why);
   void end(Ended&& ended);
+  void keep_result(ScanEntry& entry) const;
   void take_over_death(Ended& ended, ScanEntry& entry) const;
   bool goes_again(WorkItem item, const Ended& ended, const ScanEntry& entry);
   void finish_scan(const WorkItem& item, const Ended& ended, const std::string& fingerprint);

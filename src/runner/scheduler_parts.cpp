@@ -6,7 +6,9 @@
 #include <utility>
 
 #include "base/text.hpp"
+#include "runner/machine.hpp"
 #include "runner/scheduler.hpp"
+#include "store/files.hpp"
 
 namespace scanmill::runner {
 
@@ -111,6 +113,37 @@ void Scheduler::begin_again(std::size_t scan, ScanEntry& entry) {
   entry.error = {Code::Internal, {}, {}};
 }
 
+/// Why the parts of the scan would not fit on the disk, all that they will take there counted; nothing when they do.
+std::optional<Error> Scheduler::lack_for_parts(std::size_t scan, const CutForecast& forecast) const {
+  const auto space = store::free_space(p_.tree.root());
+  if (!space || !p_.journal) return std::nullopt;
+  const CutState& cut = cut_.at(scan);
+  const std::uint64_t cap = p_.executor.is_remote() ? memory_guess(cut.bytes) : p_.memory;
+  const std::uint64_t paged = cap > 0 ? forecast.memory - std::min(forecast.memory, unpaged_under(cap)) : 0;
+  std::uint64_t wanted = 0;
+  for (std::size_t n = 0; n < forecast.disk.size(); ++n) {
+    const bool is_whole = n >= cut.whole.size() || cut.whole[n];
+    if (forecast.disk[n] > 0) wanted = std::max(wanted, forecast.disk[n] + (is_whole ? paged : 0));
+  }
+  wanted -= std::min(wanted, p_.tree.bytes_of_parts(name(scan)));
+  const std::uint64_t room = *space - std::min(*space, space_floor_);
+  if (wanted <= room) return std::nullopt;
+  const std::string needs = "about " + grouped(forecast.bins) + " bins are occupied: parts" +
+                            (paged > 0 ? ", memory paged to disk" : "") + " and results need " + bytes_text(wanted) +
+                            " of disk at one time; found ";
+  if (p_.how.disk > 0 && space_floor_ > 0)
+    return fail(Code::NoSpace,
+                needs + bytes_text(room) + " of the " + bytes_text(p_.how.disk) +
+                    " that resources.disk (--disk) allows the run; raise it, choose larger bins, or fewer "
+                    "brick.pieces",
+                "disk");
+  return fail(Code::NoSpace,
+              needs + bytes_text(room) + " free" +
+                  (space_floor_ > 0 ? " beside the " + bytes_text(space_floor_) + " that the run leaves alone" : "") +
+                  "; free space, choose larger bins, or fewer brick.pieces",
+              p_.tree.root());
+}
+
 /// A part is there, is tried again, or its scan has failed. The others of the scan come to their end first.
 void Scheduler::end_part(const WorkItem& item, Ended&& ended) {
   const auto found = cut_.find(item.scan);
@@ -133,6 +166,15 @@ void Scheduler::end_part(const WorkItem& item, Ended&& ended) {
     take_over_death(ended, entry);
     entry.attempts = before.attempts;
   }
+  bool is_refused = false;
+  if (ended.attempt && ended.attempt->forecast && entry.failure == FailureClass::None)
+    if (auto lack = lack_for_parts(item.scan, *ended.attempt->forecast)) {
+      is_refused = true;
+      entry.error = *std::move(lack);
+      entry.failure = class_of(entry.error);
+      entry.failed_stage = item.part;
+      keep_result(entry);
+    }
   core_seconds_ += ended.seconds * ended.order.threads;
   parts_[item.scan].core_seconds += ended.seconds * ended.order.threads;
   if (entry.fate == ScanFate::Unchanged) {
@@ -143,10 +185,11 @@ void Scheduler::end_part(const WorkItem& item, Ended&& ended) {
   const bool failed = entry.failure != FailureClass::None;
   const bool may_begin_again =
       cut.passing < p_.how.retry_transient && p_.stop.signal == 0 && !p_.stop.flag.is_set() && !p_.options.dry_run;
-  const bool is_passing = failed && !cut.failed && !output_is_bad && entry.failure == FailureClass::Transient;
+  const bool is_passing =
+      failed && !is_refused && !cut.failed && !output_is_bad && entry.failure == FailureClass::Transient;
   if (cut.again || (is_passing && may_begin_again))
     begin_again(item.scan, entry);
-  else if (failed && !cut.failed && !output_is_bad && goes_again(item, ended, entry))
+  else if (failed && !is_refused && !cut.failed && !output_is_bad && goes_again(item, ended, entry))
     return;
   if (cut.again) {
     if (!is_at_work(item.scan)) {

@@ -86,6 +86,14 @@ struct CutParts {
   std::string folder;
 };
 
+/// What those parts will take. Per wave and, last, for the scan itself.
+struct CutForecast {
+  std::vector<std::uint64_t> disk;  // greatest sum of bytes of the parts that are there at one time
+  std::vector<double> cpu;          // CPU time, of 1 for all
+  std::uint64_t memory = 0;         // bytes that tasks which want the whole scan hold at their peak
+  std::uint64_t bins = 0;           // occupied ones, about
+};
+
 /// What the page of a whole run is made from (runner/night.hpp).
 struct Night {
   document::Node head;  // all but the scans
@@ -123,6 +131,13 @@ class Work {
                                  const std::string& /*folder*/, const std::string& part, const Context& /*context*/,
                                  Progress& /*progress*/) {
     return fail(Code::Internal, "this work has no parts", part);
+  }
+  /// Reads the scan's points once, unless the first part of the scan is there: it has the figures. Nothing: no
+  /// forecast.
+  virtual Result<std::optional<CutForecast>> forecast_parts(std::size_t /*scan*/, const document::Node& /*resolved*/,
+                                                            const BrickKeys& /*keys*/, const std::string& /*folder*/,
+                                                            const Context& /*context*/, Progress& /*progress*/) {
+    return std::optional<CutForecast>();
   }
   /// The next run() of this scan puts it together from its parts, and makes those that are missing.
   virtual void use_parts(std::size_t /*scan*/, const BrickKeys& /*keys*/, const std::string& /*folder*/) {}

@@ -10,6 +10,7 @@ import json
 import os
 import re
 import resource
+import shutil
 import signal
 import subprocess
 import sys
@@ -278,6 +279,101 @@ def a_scan_that_will_not_fit_is_refused_with_numbers(work):
     said = int(text.split("about ")[1].split(" bins")[0].replace(",", ""))
     assert 500000 < said < 1000000, said
     print(f"{said} bins forecast, refused after {time.monotonic() - begin:.1f} s")
+
+
+def dry(work, *more):
+    tree = json.loads(run(f"{work}/job.yaml", f"{work}/dry", "--dag", "json", "--quiet", *more))
+    assert not os.path.exists(f"{work}/dry"), "a dry run wrote something"
+    return tree["tasks"][0]
+
+
+def bytes_below(folder):
+    total = 0
+    for place, _, files in os.walk(folder):
+        for file in files:
+            try:
+                total += os.stat(os.path.join(place, file)).st_blocks * 512
+            except FileNotFoundError:
+                pass
+    return total
+
+
+def parts_take_what_was_forecast(work):
+    os.mkdir(f"{work}/archive")
+    make_cloud(f"{work}/archive/part.ply", 300000)
+    write_job(f"{work}/job.yaml", "archive", 0.2)
+    out = f"{work}/out"
+    for edge, pieces, batches in [(64, 7, 8), (8, 1, 3)]:
+        cut = ["--set", f"brick.edge_bins={edge}", "--set", f"brick.pieces={pieces}", "--set", f"brick.batches={batches}"]
+        task = dry(work, *cut)
+        running = subprocess.Popen([SCANMILL, "run", f"{work}/job.yaml", "--out", out, "--progress", "none", "--threads", "1",
+                                    *cut], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+        peak = 0
+        while running.poll() is None:
+            peak = max(peak, bytes_below(f"{out}/work"))
+            time.sleep(0.005)
+        text = running.communicate()[0]
+        assert running.returncode == 0, text
+        told = re.search(r"cut into (.*): \d+ parts", text)[1]
+        waves = [f"{wave['tasks']} {wave['kind']}" for wave in task["waves"]]
+        assert waves[-1] == "1 the scan itself" and ", ".join(waves[:-1]) == told, (waves, told)
+        assert task["disk_bytes"] == max(wave["disk_bytes"] for wave in task["waves"])
+        assert all(wave["memory_bytes"] > 0 for wave in task["waves"]) and task["waves"][1]["cpu_seconds"] is None, task
+        print(f"forecast {task['disk_bytes']} bytes, {peak} seen")
+        assert peak <= task["disk_bytes"] <= 2 * peak, (task, peak)
+        again = dry(work, "--set", "lattice.bin_mm=0.3", *cut)
+        shutil.copytree(f"{out}/journal", f"{work}/dry/journal")  # the speed of a run is known then
+        known = json.loads(run(f"{work}/job.yaml", f"{work}/dry", "--dag", "json", "--quiet", *cut))
+        shares = sum(wave["cpu_seconds"] for wave in known["tasks"][0]["waves"])
+        assert abs(shares / (known["seconds"] * known["cores"]) - 1) < 1e-6, known
+        assert again["disk_bytes"] < task["disk_bytes"]
+        shutil.rmtree(f"{work}/dry")
+        shutil.rmtree(out)
+
+
+def parts_that_will_not_fit_are_refused_with_numbers(work):
+    os.mkdir(f"{work}/archive")
+    make_cloud(f"{work}/archive/part.ply", 300000)
+    write_job(f"{work}/job.yaml", "archive", 0.2, "brick: {edge_bins: 32, pieces: 5, batches: 6}\n")
+    run(f"{work}/job.yaml", f"{work}/whole", "--set", "brick.edge_bins=auto")
+    out = f"{work}/out"
+    wants = dry(work)["disk_bytes"]
+    text = run(f"{work}/job.yaml", out, "--disk", "20M", code=3)
+    said = re.search(r"disk: about ([\d,]+) bins are occupied: parts and results need ([\d.]+) MiB of disk at one time; "
+                     r"found ([\d.]+) MiB of the 20 MiB that resources.disk \(--disk\) allows the run", text)
+    assert said, text
+    assert 1 <= int(said[1].replace(",", "")) / counts(f"{work}/whole")[0]["bins"] < 1.01, text
+    assert 0.99 * wants < float(said[2]) * (1 << 20) < 1.01 * wants, (text, wants)
+    assert "tried again" not in text and not glob.glob(f"{out}/work/parts/part/map*"), text
+    with open(f"{out}/run.json") as file:
+        assert json.load(file)["scans"][0]["error"]["class"] == "resource"
+    assert "1 quarantined" in run(f"{work}/job.yaml", out, "--disk", "20M")
+    text = run(f"{work}/job.yaml", out, "--disk", f"{wants * 2}")
+    assert "1 done" in text, text
+    same(f"{work}/whole", out)
+
+
+def a_disk_that_fills_up_stops_the_run_and_it_goes_on(work):
+    os.mkdir(f"{work}/archive")
+    make_cloud(f"{work}/archive/part.ply", 1000000)
+    write_job(f"{work}/job.yaml", "archive", 0.15, "brick: {edge_bins: 32, pieces: 5, batches: 40}\n")
+    run(f"{work}/job.yaml", f"{work}/whole", "--set", "brick.edge_bins=auto")
+    out = f"{work}/out"
+    folder = f"{out}/work/parts/part"
+    running = subprocess.Popen([SCANMILL, "run", f"{work}/job.yaml", "--out", out, "--progress", "none", "--threads", "1",
+                                "--disk", "1G"], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    while running.poll() is None and not glob.glob(f"{folder}/map-0.part"):
+        time.sleep(0.001)
+    with open(f"{work}/other", "wb") as other:  # somebody else's
+        os.posix_fallocate(other.fileno(), 0, 2 << 30)
+    text = running.communicate()[0]
+    os.remove(f"{work}/other")
+    assert running.returncode == 1, (running.returncode, text)
+    assert "resources.disk (--disk) allows the run" in text and "run again: what is done is kept" in text, text
+    there = {path: os.stat(path).st_mtime_ns for path in parts_in(folder)}
+    assert f"{folder}/map-0.part" in there, there
+    run(f"{work}/job.yaml", out, "--disk", "1G")
+    same(f"{work}/whole", out)
 
 
 def progress_counts_the_parts(work):

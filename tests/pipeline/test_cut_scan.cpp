@@ -3,13 +3,16 @@
 
 #include <algorithm>
 #include <cstring>
+#include <filesystem>
 #include <fstream>
 
 #include "base/digest.hpp"
+#include "pipeline/bin_forecast.hpp"
 #include "pipeline/cut_reduction.hpp"
 #include "pipeline/cut_stars.hpp"
 #include "pipeline/cut_surface.hpp"
 #include "pipeline/cut_swaps.hpp"
+#include "pipeline/part_forecast.hpp"
 #include "pipeline/part_rows.hpp"
 #include "support/meshing.hpp"
 #include "support/temp_folder.hpp"
@@ -137,6 +140,63 @@ class Plate final : public PointSource {
  private:
   static constexpr std::size_t kLines = 60, kPoints = 160;
 };
+
+TEST(PartForecast, IsWhatThePartsTakeWaveByWave) {
+  const ChunkLoop loop(2);
+  const CancelFlag cancel;
+  const Context context{loop, cancel};
+  const Shells points(24, 4000);
+  for (const bool paper : {false, true}) {
+    const support::TempFolder folder;
+    What what;
+    what.lattice.bin_mm = kEdge;
+    if (paper) what.reduce = reduce::Params::paper();
+    const Cut cut{folder.path(), std::string(64, 'a'), 3, 4, 16};
+    const auto counts = count_bins(points, what, cut, context);
+    ASSERT_TRUE(counts.ok()) << counts.error().text();
+    const auto forecast = forecast_waves(cut, what, *counts);
+    ASSERT_EQ(forecast.size(), scan_waves(cut, what).size() + 2);
+    double cpu = 0;
+    for (const WaveForecast& wave : forecast) cpu += wave.cpu;
+    EXPECT_NEAR(cpu, 1, 1e-9);
+    const CutReduction reduction(points, what.lattice, what.reduce, cut);
+    std::size_t n = 1;  // behind the count
+    for (const auto& wave : waves_of(cut, what.reduce.representative)) {
+      for (const PartTask& task : wave) ASSERT_TRUE(reduction.make(task, context).ok()) << name_of(task);
+      std::uint64_t there = 0;
+      for (const auto& file : std::filesystem::directory_iterator(folder.path())) there += file.file_size();
+      const std::uint64_t loose = 200 << 10;  // blocks of the disk, for every file
+      EXPECT_LE(there, forecast[n].disk) << name_of(wave[0]) << (paper ? ", paper" : "");
+      EXPECT_LE(forecast[n].disk, there + there / 50 + loose * (1 + n)) << name_of(wave[0]) << (paper ? ", paper" : "");
+      remove_read_parts(cut, wave[0].stage);
+      ++n;
+    }
+    EXPECT_EQ(counts->of_all, reduction.bricks()->bins);
+  }
+}
+
+TEST(PartForecast, CountsAShareOfTheLeavesOfALargeCloud) {
+  const Shells points(24, 4000);
+  reduce::LatticeParams lattice;
+  lattice.bin_mm = 0.05;
+  const auto frame = reduce::frame_of_parts(points, lattice, reduce::Params());
+  ASSERT_TRUE(frame.ok());
+  PointBlock block;
+  std::vector<std::uint64_t> found;
+  for (const int one_in : {1, 4}) {
+    BinForecast whole(*frame, 2, one_in), halves[2] = {{*frame, 1, one_in}, {*frame, 1, one_in}};
+    for (std::size_t n = 0; n < points.block_count(); ++n) {
+      ASSERT_TRUE(points.read_block(n, block).ok());
+      whole.look(static_cast<int>(n % 2), block);
+      halves[n % 3 == 0].look(0, block);
+    }
+    found.push_back(whole.bins());
+    halves[0].add(halves[1]);
+    EXPECT_EQ(halves[0].bins(), found.back()) << "one in " << one_in;
+  }
+  EXPECT_GT(found[0], 50000u);
+  EXPECT_NEAR(static_cast<double>(found[1]), static_cast<double>(found[0]), 0.1 * static_cast<double>(found[0]));
+}
 
 TEST(CutPlate, IsThinnedAsAWholeWhereBricksCannotTell) {
   const ChunkLoop loop(2);
