@@ -170,12 +170,13 @@ Result<runner::Outcome> PipelineWork::run(std::size_t scan, const Node& resolved
   pipeline::ScanSpec room;
   const pipeline::ScanSpec& spec = spec_of(scan, room);
   TRY_ASSIGN(const pipeline::What what, pipeline::what_from(resolved, spec.name));
-  std::optional<pipeline::Cut> cut;
+  std::optional<pipeline::MadeParts> parts;
   if (used_parts_ && used_parts_->scan == scan) {
-    TRY_ASSIGN(cut, cut_of(scan, resolved, used_parts_->keys, used_parts_->folder));
+    TRY_ASSIGN(pipeline::Cut cut, cut_of(scan, resolved, used_parts_->keys, used_parts_->folder));
+    parts = pipeline::MadeParts{std::move(cut), used_parts_->took};
   }
   TRY_ASSIGN(pipeline::ScanResult result,
-             pipeline::run_scan(archive_, spec, what, folder, frame_, context, progress, cut));
+             pipeline::run_scan(archive_, spec, what, folder, frame_, context, progress, parts));
   return outcome_of(std::move(result), spec);
 }
 
@@ -268,8 +269,9 @@ Result<std::optional<runner::CutForecast>> PipelineWork::forecast_parts(std::siz
   return std::optional(std::move(forecast));
 }
 
-void PipelineWork::use_parts(std::size_t scan, const runner::BrickKeys& keys, const std::string& folder) {
-  used_parts_ = UsedParts{scan, keys, folder};
+void PipelineWork::use_parts(std::size_t scan, const runner::BrickKeys& keys, const std::string& folder,
+                             const runner::StageSeconds& took) {
+  used_parts_ = UsedParts{scan, keys, folder, {took.wall, took.cpu}};
 }
 
 Result<std::optional<runner::Outcome>> PipelineWork::rewrite(std::size_t scan, const Node& resolved,

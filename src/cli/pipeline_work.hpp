@@ -37,7 +37,8 @@ class PipelineWork final : public runner::Work {
   Result<std::optional<runner::CutForecast>> forecast_parts(std::size_t scan, const document::Node& resolved,
                                                             const runner::BrickKeys& keys, const std::string& folder,
                                                             const Context& context, Progress& progress) override;
-  void use_parts(std::size_t scan, const runner::BrickKeys& keys, const std::string& folder) override;
+  void use_parts(std::size_t scan, const runner::BrickKeys& keys, const std::string& folder,
+                 const runner::StageSeconds& took) override;
   Result<std::optional<runner::Outcome>> rewrite(std::size_t scan, const document::Node& resolved,
                                                  const std::string& standing,
                                                  const std::vector<runner::OutputFile>& files,
@@ -74,6 +75,7 @@ class PipelineWork final : public runner::Work {
     std::size_t scan = 0;
     runner::BrickKeys keys;
     std::string folder;
+    pipeline::StageTimes took;
   };
   std::optional<UsedParts> used_parts_;
   std::string archive_;

@@ -173,6 +173,12 @@ Result<void> make_task(const PartTask& task, const ScanPoints& points, const Poi
   return {};
 }
 
+/// "stars", of "stars 3".
+std::string kind_word(PartStage stage) {
+  const std::string name = name_of({stage, 0});
+  return name.substr(0, name.find(' '));
+}
+
 /// Some part at the end of the scan is there.
 bool has_come_far(const Cut& cut) {
   for (std::uint32_t n = 0; n < cut.pieces; ++n)
@@ -192,7 +198,7 @@ Result<MadeSurface> make_in_parts(const ScanPoints& points, const PointSource& s
       const WatchedPoints watched(source, name_of(task), progress);
       TRY(make_task(task, points, watched, what, cut, context, progress));
     }
-    if (stage >= PartStage::Settle) clock.lap(stage == PartStage::Settle ? "reduce" : name_of({stage, 0}).c_str());
+    if (stage >= PartStage::Settle) clock.lap(stage == PartStage::Settle ? "reduce" : kind_word(stage).c_str());
   }
   auto made = join_surface(cut);
   clock.lap("join");
@@ -307,9 +313,11 @@ Result<ScanDigests> digests_of(const std::string& archive, const ScanSpec& scan,
 
 Result<ScanResult> run_scan(const std::string& archive, const ScanSpec& scan, const What& what,
                             const std::string& folder, const RunFrame& frame, const Context& context,
-                            Progress& progress, const std::optional<Cut>& cut) {
+                            Progress& progress, const std::optional<MadeParts>& in_tasks) {
   ScanResult result;
   result.name = scan.name;
+  if (in_tasks) result.stage_times = in_tasks->took;
+  const Cut* const cut = in_tasks ? &in_tasks->cut : nullptr;
   NoteList notes;
   notes.add(scan.notes, NoteKind::Archive);
   StageClock clock(result.stage_times);
@@ -341,7 +349,7 @@ Result<ScanResult> run_scan(const std::string& archive, const ScanSpec& scan, co
     clock.lap("order");
   }
   const PointSource& source = ordered ? *ordered : *cleaned.points;
-  const Cut* parts = cut && is_cuttable(what) ? &*cut : nullptr;
+  const Cut* parts = cut && is_cuttable(what) ? cut : nullptr;
   std::vector<std::string> found;
   const auto in_parts = [&] { return make_in_parts(*points, source, what, *parts, context, progress, clock); };
   auto made =

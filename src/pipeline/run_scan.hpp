@@ -68,12 +68,18 @@ struct ScanDigests {
 Result<ScanDigests> digests_of(const std::string& archive, const ScanSpec& scan, const KeyTexts& keys,
                                HashCache& cache);
 
+/// Parts of a scan that is cut, and what they took.
+struct MadeParts {
+  Cut cut;
+  StageTimes took;
+};
+
 /// Reads, meshes, judges, and writes the mesh files, record.h5, preview pictures and report.html complete and synced
-/// into `folder` (exists, empty). With a `cut` the reduction is put together from its parts; those that are not there
-/// are made first, one after the other. errors  BadInput naming file and place; NoSpace, IoFailed; Cancelled
+/// into `folder` (exists, empty). With `in_tasks` the reduction is put together from its parts; those that are not
+/// there are made first, one after the other. errors  BadInput naming file and place; NoSpace, IoFailed; Cancelled
 Result<ScanResult> run_scan(const std::string& archive, const ScanSpec& scan, const What& what,
                             const std::string& folder, const RunFrame& frame, const Context& context,
-                            Progress& progress, const std::optional<Cut>& cut = std::nullopt);
+                            Progress& progress, const std::optional<MadeParts>& in_tasks = std::nullopt);
 
 /// A committed result of the same mesh (ScanDigests::mesh).
 struct Previous {

@@ -21,18 +21,26 @@ struct StageTimes {
 class StageClock {
  public:
   explicit StageClock(StageTimes& out) : out_(out) {}
-  /// What passed since the last lap was this stage's.
+  /// What passed since the last lap was this stage's, and adds to what it took before.
   void lap(const char* stage) {
     const auto now = Clock::now();
     const double cpu = cpu_now();
-    out_.wall_s.push_back({stage, std::chrono::duration<double>(now - last_).count()});
-    out_.cpu_s.push_back({stage, cpu - last_cpu_});
+    add(out_.wall_s, stage, std::chrono::duration<double>(now - last_).count());
+    add(out_.cpu_s, stage, cpu - last_cpu_);
     last_ = now;
     last_cpu_ = cpu;
   }
 
  private:
   using Clock = std::chrono::steady_clock;
+  static void add(std::vector<std::pair<std::string, double>>& sums, const char* stage, double seconds) {
+    for (auto& [name, sum] : sums)
+      if (name == stage) {
+        sum += seconds;
+        return;
+      }
+    sums.push_back({stage, seconds});
+  }
   static double cpu_now() {
     rusage use{};
     getrusage(RUSAGE_SELF, &use);

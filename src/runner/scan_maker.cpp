@@ -10,6 +10,7 @@
 #include "runner/forecast.hpp"
 #include "runner/journal.hpp"
 #include "runner/machine.hpp"
+#include "runner/part_seconds.hpp"
 #include "runner/scan_messages.hpp"
 #include "runner/test_fault.hpp"
 #include "store/files.hpp"
@@ -231,6 +232,19 @@ bool ScanMaker::needs_no_part(const SelectedScan& scan, const Fingerprint& finge
   return mesh_stands(state, fingerprint) || settle(scan, fingerprint, state, judged);
 }
 
+namespace {
+
+/// What the log says of parts that are there.
+std::vector<std::string> part_lines(const CutParts& parts) {
+  std::vector<std::string> lines;
+  for (const PartSeconds& took : seconds_in(parts))
+    lines.push_back("part " + took.part + " took " + seconds_text(took.wall) + ", " + seconds_text(took.cpu) +
+                    " of CPU time, " + took.ended + " on " + took.host);
+  return lines;
+}
+
+}  // namespace
+
 Attempt ScanMaker::make_part(const SelectedScan& scan, ScanEntry entry, const std::string& part, int threads,
                              std::uint64_t memory, Progress& progress) const {
   const auto began = Clock::now();
@@ -272,12 +286,19 @@ Attempt ScanMaker::make_part(const SelectedScan& scan, ScanEntry entry, const st
     fail_entry(error, load_state(frame_.tree.scan(scan.task.name)).has_value(), entry);
     entry.failed_stage = part;
   }
+  const double wall = seconds_since(began), cpu_spent = cpu_seconds() - cpu;
+  if (made && !is_idle) add_seconds(folder, {part, frame_.host, utc_now(), wall, cpu_spent});
+  if (!made)
+    if (const auto log = begin_log(scan, entry, threads, progress)) {
+      for (const std::string& line : part_lines(parts_of(scan))) (*log)->line(line);
+      (*log)->line("part " + part + " failed: " + made.error().text());
+    }
   if (!made || result.forecast)
     if (const auto now = frame_.work.fingerprint(scan.number, *scan.what)) result.fingerprint = now->value;
   if (is_idle) entry.fate = ScanFate::Unchanged;
   if (entry.why.empty()) entry.why = {"new or changed"};
-  entry.seconds += seconds_since(began);
-  entry.cpu_seconds += cpu_seconds() - cpu;
+  entry.seconds += wall;
+  entry.cpu_seconds += cpu_spent;
   entry.peak_memory = std::max(entry.peak_memory, peak_memory());
   result.entry = std::move(entry);
   return result;
@@ -311,6 +332,7 @@ Result<void> ScanMaker::attempt(const SelectedScan& scan, const Fingerprint& fin
   ++entry.attempts;
   const CpuTimes before = cpu_times();
   TRY_ASSIGN(const auto log, begin_log(scan, entry, threads, progress));
+  for (const std::string& line : part_lines(parts_of(scan))) log->line(line);
   TRY_ASSIGN(const std::string folder, frame_.tree.begin_attempt(scan.task.name));
   auto made = fill(scan, fingerprint, folder, entry, threads, memory, *log);
   if (made && frame_.stop.flag.is_set()) made = fail(Code::Cancelled, "stopped before the result was put in place");
@@ -359,7 +381,7 @@ Result<void> ScanMaker::fill(const SelectedScan& scan, const Fingerprint& finger
     }
     if (const CutParts parts = parts_of(scan); !parts.waves.empty()) {
       TRY(store::make_folders(parts.folder));
-      frame_.work.use_parts(scan.number, frame_.bricks, parts.folder);
+      frame_.work.use_parts(scan.number, frame_.bricks, parts.folder, by_kind(seconds_in(parts)));
     }
     return frame_.work.run(scan.number, *scan.what, folder, context, progress);
   });

@@ -86,6 +86,11 @@ struct CutParts {
   std::string folder;
 };
 
+/// Seconds of stages or parts by name, in their order; cpu: of the processes.
+struct StageSeconds {
+  std::vector<std::pair<std::string, double>> wall, cpu;
+};
+
 /// What those parts will take. Per wave and, last, for the scan itself.
 struct CutForecast {
   std::vector<std::uint64_t> disk;  // greatest sum of bytes of the parts that are there at one time
@@ -139,8 +144,10 @@ class Work {
                                                             const Context& /*context*/, Progress& /*progress*/) {
     return std::optional<CutForecast>();
   }
-  /// The next run() of this scan puts it together from its parts, and makes those that are missing.
-  virtual void use_parts(std::size_t /*scan*/, const BrickKeys& /*keys*/, const std::string& /*folder*/) {}
+  /// The next run() of this scan puts it together from its parts, and makes those that are missing. What the parts
+  /// took stands before its own stages.
+  virtual void use_parts(std::size_t /*scan*/, const BrickKeys& /*keys*/, const std::string& /*folder*/,
+                         const StageSeconds& /*took*/) {}
   /// The same files from an earlier result with the same Fingerprint::mesh that lies in `standing`, when only outputs
   /// or gates changed. Nothing when the earlier files cannot serve: `refusal` says why, and `folder` is still empty.
   virtual Result<std::optional<Outcome>> rewrite(std::size_t /*scan*/, const document::Node& /*resolved*/,

@@ -74,6 +74,21 @@ def same(a, b, name="part"):
     assert counts(a) == counts(b)
 
 
+def check_times(out, pieces, batches):
+    """Log and stages are those of all parts."""
+    with open(f"{out}/run.json") as file:
+        scan = json.load(file)["scans"][0]
+    kinds = ["inputs", "map", "gather", "frame", "pick", "points", "thin", "settle", "stars", "mesh", "swap"]
+    assert [stage for stage in scan["stage_seconds"] if stage in kinds] == kinds, scan
+    assert list(scan["stage_cpu_seconds"]) == list(scan["stage_seconds"]), scan
+    stages = sum(scan["stage_cpu_seconds"].values())
+    assert 0.8 * scan["cpu_seconds"] < stages <= scan["cpu_seconds"] + 0.01, scan
+    with open(f"{out}/logs/part.log") as file:
+        parts = [line.split()[2:4] for line in file if line.split()[1] == "part"]
+    assert len([part for part in parts if part[0] == "map"]) == pieces, parts
+    assert sorted(int(part[1]) for part in parts if part[0] == "frame") == list(range(batches)), parts
+
+
 def cuts_change_no_byte(work):
     os.mkdir(f"{work}/archive")
     make_cloud(f"{work}/archive/part.ply", 300000)
@@ -89,6 +104,7 @@ def cuts_change_no_byte(work):
         after = resource.getrusage(resource.RUSAGE_CHILDREN)
         spent = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
         same(f"{work}/whole", out)
+        check_times(out, pieces, batches)
         assert 0 < cpu_seconds(out) < 0.1 + spent, f"{cpu_seconds(out)} of {spent} CPU seconds of the {executor} run"
         assert not os.path.exists(f"{out}/work"), "parts stay behind"
         # Another time, the same content: no part is made, and none stays.
@@ -374,6 +390,9 @@ def a_disk_that_fills_up_stops_the_run_and_it_goes_on(work):
     assert f"{folder}/map-0.part" in there, there
     run(f"{work}/job.yaml", out, "--disk", "1G")
     same(f"{work}/whole", out)
+    with open(f"{out}/run.json") as file:
+        took = json.load(file)["scans"][0]
+    assert took["cpu_seconds"] < sum(took["stage_cpu_seconds"].values()), "parts of the run before are left out"
 
 
 def progress_counts_the_parts(work):
