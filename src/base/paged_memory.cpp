@@ -38,7 +38,10 @@ constexpr std::uint64_t kPage = 4096;
 constexpr std::uint64_t kLetGoAtOnce = 8ull << 20;
 constexpr std::uint64_t kLargeRun = 8;            // blocks
 constexpr std::uint64_t kMostWrittenAhead = 128;  // blocks
-constexpr auto kLookEvery = std::chrono::milliseconds(3);
+constexpr auto kLookEvery = std::chrono::microseconds(3000), kLookAgain = std::chrono::microseconds(250);
+/// Bytes that may come into memory in a microsecond: a look at one page brings its neighbours where the kernel has
+/// them.
+constexpr std::uint64_t kComing = 16000;
 constexpr auto kPause = std::chrono::milliseconds(50);
 constexpr int kClasses = 24;
 
@@ -161,11 +164,16 @@ void let_go(Heap& h) {
   if (resident_bytes(h.statm).all <= high) return;
   h.evictions.fetch_add(1, std::memory_order_relaxed);
   const std::uint64_t low = high - high / 8, used = h.used_blocks.load() * kBlock;
-  for (std::uint64_t gone = 0; gone < used; gone += kLetGoAtOnce) {
+  for (std::uint64_t gone = 0, step = kLetGoAtOnce; gone < used; gone += step) {
     if (h.hand >= used) h.hand = 0;
-    madvise(h.base.load() + h.hand, std::min(kLetGoAtOnce, used - h.hand), MADV_DONTNEED);
-    h.hand += kLetGoAtOnce;
-    if (resident_bytes(h.statm).all <= low) return;
+    const std::uint64_t bytes = std::min(step, used - h.hand);
+    madvise(h.base.load() + h.hand, bytes, MADV_DONTNEED);
+    h.hand += bytes;
+    const std::uint64_t held = resident_bytes(h.statm).all;
+    if (held <= low) return;
+    // What grows faster than it goes is let go of in larger steps: pages come while this looks for those that are
+    // there.
+    step = held > high ? 2 * step : kLetGoAtOnce;
   }
   // Pages come back as fast as they go where many threads look at them: then the next look lets go again. But where
   // what is held is not of the file, to go through it again and again brings nothing.
@@ -194,7 +202,9 @@ void ask_for_short_turns() {
 void keep_under_limit(Heap& h) {
   ask_for_short_turns();
   for (;;) {
-    std::this_thread::sleep_for(kLookEvery);
+    const std::uint64_t high = h.resident_limit.load(std::memory_order_relaxed), held = resident_bytes(h.statm).all;
+    const std::chrono::microseconds until((high - std::min(high, held)) / kComing);
+    std::this_thread::sleep_for(std::clamp(until, kLookAgain, kLookEvery));
     let_go(h);
   }
 }
