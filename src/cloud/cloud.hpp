@@ -19,12 +19,12 @@ struct ViewPoint {
   std::optional<Vec3> direction;  // unit vector from the surface towards the sensor, for sensors with parallel rays
 };
 
-/// A run of points of one view in file order.
+/// Points of one view, in file order unless they were gathered (gathered_points.hpp).
 struct PointBlock {
   ViewId view{};
   ViewPoint view_point;
   std::vector<Vec3> positions;       // all finite
-  std::vector<std::uint64_t> rows;   // same length; ascending
+  std::vector<std::uint64_t> rows;   // same length; in the order of the points
   std::uint64_t points_read = 0;     // rows of the file behind this block, dropped ones included
   std::uint64_t not_finite = 0;      // dropped: NaN or infinite coordinates
   std::uint64_t sensor_invalid = 0;  // dropped: the file says that the cell holds no measurement

@@ -5,26 +5,11 @@
 #include <numeric>
 
 #include "cloud/over_blocks.hpp"
+#include "cloud/z_order.hpp"
 
 namespace scanmill {
-namespace {
-
-constexpr int kBits = 21;  // per axis
-
-/// The low bits of `v` two places apart.
-std::uint64_t spread(std::uint64_t v) {
-  v &= (1ull << kBits) - 1;
-  v = (v | v << 32) & 0x1f00000000ffffull;
-  v = (v | v << 16) & 0x1f0000ff0000ffull;
-  v = (v | v << 8) & 0x100f00f00f00f00full;
-  v = (v | v << 4) & 0x10c30c30c30c30c3ull;
-  return (v | v << 2) & 0x1249249249249249ull;
-}
-
-}  // namespace
-
-Result<std::vector<std::uint32_t>> spatial_order(const PointSource& points, const Context& context,
-                                                 FunctionRef<void(int, const PointBlock&)> look) {
+Result<BlockOrder> spatial_order(const PointSource& points, const Context& context,
+                                 FunctionRef<void(int, const PointBlock&)> look) {
   const std::size_t count = points.block_count();
   std::vector<Bounds> boxes(count);
   {
@@ -48,15 +33,16 @@ Result<std::vector<std::uint32_t>> spatial_order(const PointSource& points, cons
   for (std::size_t n = 0; n < count; ++n) {
     if (boxes[n].empty()) continue;
     const Vec3 middle = (boxes[n].low + boxes[n].high) * 0.5 - all.low;
-    auto step = [&](double v) { return static_cast<std::uint64_t>(v / edge * ((1 << kBits) - 1)); };
-    key[n] = spread(step(middle.x)) | spread(step(middle.y)) << 1 | spread(step(middle.z)) << 2;
+    auto step = [&](double v) { return static_cast<std::uint64_t>(v / edge * ((1 << kZOrderBits) - 1)); };
+    key[n] = z_order(step(middle.x), step(middle.y), step(middle.z));
   }
-  std::vector<std::uint32_t> order(count);
+  BlockOrder out{std::vector<std::uint32_t>(count), all};
+  std::vector<std::uint32_t>& order = out.order;
   std::iota(order.begin(), order.end(), 0u);
   if (count > 1)
     std::sort(order.begin() + 1, order.end(),
               [&](std::uint32_t a, std::uint32_t b) { return key[a] != key[b] ? key[a] < key[b] : a < b; });
-  return order;
+  return out;
 }
 
 }  // namespace scanmill

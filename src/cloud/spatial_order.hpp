@@ -10,14 +10,19 @@
 
 namespace scanmill {
 
+struct BlockOrder {
+  std::vector<std::uint32_t> order;  // numbers of blocks
+  Bounds bounds;                     // of all points
+};
+
 /// Numbers of all blocks along the Z-order curve of their middles; the first block stays the first, so that it means
 /// the same to those who ask it for a place to start from. `look` sees every block too, on the worker that read it.
 ///
 /// errors    what `points` reports; Cancelled
 /// ties      by number
 /// cost      one pass over the points
-Result<std::vector<std::uint32_t>> spatial_order(const PointSource& points, const Context& context,
-                                                 FunctionRef<void(int worker, const PointBlock& block)> look);
+Result<BlockOrder> spatial_order(const PointSource& points, const Context& context,
+                                 FunctionRef<void(int worker, const PointBlock& block)> look);
 
 /// The same blocks under other numbers.
 class OrderedPoints final : public PointSource {

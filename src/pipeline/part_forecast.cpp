@@ -91,6 +91,10 @@ Cost cost_of(PartStage stage) {
       return {0, 1800, 0};
     case PartStage::Settle:
       return {0, 50, 0};
+    case PartStage::Swap:
+      return {0, 5500, 0};
+    case PartStage::Join:
+      return {0, 900, 0};
     case PartStage::Verify:
       return {200, 0, 2000};
     default:

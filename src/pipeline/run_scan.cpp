@@ -7,8 +7,6 @@
 #include "base/paged_memory.hpp"
 #include "base/text.hpp"
 #include "cloud/over_blocks.hpp"
-#include "cloud/spatial_order.hpp"
-#include "pipeline/bin_forecast.hpp"
 #include "pipeline/clean_scan.hpp"
 #include "pipeline/cut_reduction.hpp"
 #include "pipeline/cut_stars.hpp"
@@ -17,6 +15,7 @@
 #include "pipeline/density.hpp"
 #include "pipeline/finish_scan.hpp"
 #include "pipeline/judge_scan.hpp"
+#include "pipeline/read_order.hpp"
 #include "pipeline/refine_scan.hpp"
 #include "pipeline/scan_pictures.hpp"
 #include "pipeline/scan_points.hpp"
@@ -28,9 +27,6 @@ namespace scanmill::pipeline {
 namespace {
 
 using provenance::NoteKind;
-
-/// Points from which the blocks of a cloud are read in the order of space.
-constexpr std::uint64_t kOrderedFrom = 20000000;
 
 /// Stages do not know files: an error without a place gets the file that stands for the scan.
 Error name_file(Error error, const ScanSpec& scan) {
@@ -115,29 +111,6 @@ void add_findings(const ScanResults& all, NoteList& notes) {
   if (warnings.empty()) add_unmeshed_note(all, off, unmeshed);
   notes.add(std::move(warnings), NoteKind::Warning);
   notes.add(std::move(unmeshed));
-}
-
-/// The order in which a large cloud is read. A scan that would fill the disk with what does not fit into memory is
-/// refused here, before any of its work is done.
-/// errors  NoSpace of "memory" with the figures
-Result<std::vector<std::uint32_t>> look_over(const PointSource& points, const What& what, const Context& context,
-                                             Progress& progress) {
-  const WatchedPoints watched(points, "order", progress);
-  if (!reduce::is_cuttable(what.lattice)) return spatial_order(watched, context, [](int, const PointBlock&) {});
-  TRY_ASSIGN(const reduce::LocalFrame frame, reduce::frame_of_parts(points, what.lattice, what.reduce));
-  BinForecast forecast(frame, context.loop.threads());
-  TRY_ASSIGN(auto order, spatial_order(watched, context,
-                                       [&](int worker, const PointBlock& block) { forecast.look(worker, block); }));
-  const std::uint64_t bins = forecast.bins(), bytes = bins * BinForecast::kBytesPerBin;
-  if (const auto room = paged::room(); room && bytes > room->plain + room->disk)
-    return fail(Code::NoSpace,
-                "about " + grouped(bins) + " bins are occupied, which need " + bytes_text(bytes) +
-                    " of memory and disk; found " + bytes_text(room->plain) + " of memory under the cap and " +
-                    bytes_text(room->disk) +
-                    " of disk beside it; raise resources.memory or disk (--memory, --disk), "
-                    "free space, or choose larger bins",
-                "memory");
-  return order;
 }
 
 /// errors  BadInput when no scan is so large, or so small
@@ -340,13 +313,12 @@ Result<ScanResult> run_scan(const std::string& archive, const ScanSpec& scan, co
   const CleanedScan cleaned = std::move(clean).value();
   if (cleaned.cleaned) clock.lap("clean");
 
-  // Small clouds fit into memory, whatever their order.
-  std::optional<OrderedPoints> ordered;
-  if (!cut && cleaned.points->expected_points() >= kOrderedFrom) {
-    auto order = look_over(*cleaned.points, what, context, progress);
-    if (!order.ok()) return name_file(std::move(order).error(), scan);
-    ordered.emplace(*cleaned.points, *std::move(order));
-    clock.lap("order");
+  std::unique_ptr<PointSource> ordered;
+  if (!cut) {
+    auto best = in_best_order(*cleaned.points, what, context, progress);
+    if (!best.ok()) return name_file(std::move(best).error(), scan);
+    ordered = std::move(best).value();
+    if (ordered) clock.lap("order");
   }
   const PointSource& source = ordered ? *ordered : *cleaned.points;
   const Cut* parts = cut && is_cuttable(what) ? cut : nullptr;

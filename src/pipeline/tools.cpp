@@ -12,6 +12,7 @@
 #include "pipeline/density.hpp"
 #include "pipeline/init_job.hpp"
 #include "pipeline/outputs_key.hpp"
+#include "pipeline/read_order.hpp"
 #include "pipeline/reduced_file.hpp"
 #include "pipeline/scan_points.hpp"
 #include "pipeline/surface.hpp"
@@ -70,7 +71,8 @@ void add_notes(const OpenedInputs& opened, Node& out, const reduce::ReducedCloud
 
 Result<reduce::Reduction> reduce_inputs(const OpenedInputs& opened, const What& what, const Context& context,
                                         Progress& progress) {
-  const WatchedPoints watched(*opened.points, "reduce", progress);
+  TRY_ASSIGN(const auto gathered, gathered_if_scattered(*opened.points, what, context, progress));
+  const WatchedPoints watched(gathered ? *gathered : *opened.points, "reduce", progress);
   auto reduced = reduce::reduce_cloud(watched, what.lattice, what.reduce, context);
   if (!reduced.ok()) return as_typed(std::move(reduced).error(), opened.input);
   reduce::Reduction reduction = std::move(reduced).value();

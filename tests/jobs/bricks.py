@@ -264,6 +264,25 @@ def memory_stays_under_the_cap(work):
     same(f"{work}/free", f"{work}/out")
 
 
+def points_in_no_order_are_gathered(work):
+    os.mkdir(f"{work}/archive")
+    path = f"{work}/archive/part.ply"
+    make_cloud(path, 1500000)
+    with open(path, "rb") as file:
+        head, points = file.read().split(b"end_header\n", 1)
+    points = numpy.random.default_rng(5).permutation(numpy.frombuffer(points, "V12"))
+    with open(path, "wb") as file:
+        file.write(head + b"end_header\n" + points.tobytes())
+    write_job(f"{work}/job.yaml", "archive", 0.15)
+    run(f"{work}/job.yaml", f"{work}/free", "--threads", "2")
+    peak = peak_of(f"{work}/job.yaml", f"{work}/out", "--threads", "2", "--memory", "144M")
+    assert peak <= 144 << 20, peak
+    same(f"{work}/free", f"{work}/out")
+    with open(f"{work}/out/logs/part.log") as file:
+        log = file.read()
+    assert "stage gather" in log and "memory beyond the cap" in log, log
+
+
 def a_cap_below_the_processes_is_refused(work):
     os.mkdir(f"{work}/archive")
     make_cloud(f"{work}/archive/part.ply", 1000)
