@@ -8,6 +8,7 @@
 
 #include "cloud/piece.hpp"
 #include "pipeline/frame_rows.hpp"
+#include "pipeline/read_order.hpp"
 
 namespace scanmill::pipeline {
 namespace {
@@ -67,7 +68,10 @@ Result<void> CutReduction::make(const PartTask& task, const Context& context) co
 Result<void> CutReduction::map(std::uint32_t piece, const Context& context) const {
   TRY_ASSIGN(const LocalFrame frame, reduce::frame_of_parts(points_, lattice_, params_));
   reduce::ReadCounts counts;
-  const PiecePoints points(points_, piece, cut_.pieces);
+  const PiecePoints in_file(points_, piece, cut_.pieces);
+  NoProgress quiet;
+  TRY_ASSIGN(const auto gathered, gathered_if_scattered(in_file, lattice_, params_, context, quiet));
+  const PointSource& points = gathered ? *gathered : static_cast<const PointSource&>(in_file);
   TRY_ASSIGN(const BinTotals totals, reduce::bin_points(points, frame, counts, context));
   const std::string name = name_of({PartStage::Map, piece});
   TRY_ASSIGN(PartWriter writer, PartWriter::create(path_of(cut_, name), kind_of(cut_, name, sizeof(TotalRow))));
@@ -223,7 +227,10 @@ Result<void> CutReduction::pick(std::uint32_t piece, const Context& context) con
   TRY_ASSIGN(const Frames frames, read_frames(reader, at.size(), &at));
   const auto targets = reduce::targets_of(frame, bins, frames, median, params_);
   const BinIndex index = BinIndex::over(bins);
-  const PiecePoints points(points_, piece, cut_.pieces);
+  const PiecePoints in_file(points_, piece, cut_.pieces);
+  NoProgress quiet;
+  TRY_ASSIGN(const auto gathered, gathered_if_scattered(in_file, lattice_, params_, context, quiet));
+  const PointSource& points = gathered ? *gathered : static_cast<const PointSource&>(in_file);
   TRY_ASSIGN(const std::vector<Winner> winners, reduce::pick_against(points, frame, index, targets, context));
   std::vector<PickRow> rows;
   for (std::size_t first = 0; first < winners.size(); first += rows.size()) {

@@ -8,6 +8,7 @@
 #include "pipeline/cut_reduction.hpp"
 #include "pipeline/cut_stars.hpp"
 #include "pipeline/cut_swaps.hpp"
+#include "pipeline/read_order.hpp"
 #include "pipeline/surface_lists.hpp"
 
 namespace scanmill::pipeline {
@@ -46,7 +47,10 @@ Result<Verdict> read_verdict(const PartFile& file) {
 Result<void> make_verdict(const Cut& cut, const PartTask& task, const MeshedSurface& surface,
                           const reduce::ReducedCloud& cloud, const TracedPoints& all, const What& what,
                           const Context& context) {
-  const PiecePoints piece(all.points, task.number, cut.pieces);
+  const PiecePoints in_file(all.points, task.number, cut.pieces);
+  NoProgress quiet;
+  TRY_ASSIGN(const auto gathered, gathered_if_scattered(in_file, what.lattice, what.reduce, context, quiet));
+  const PointSource& piece = gathered ? *gathered : static_cast<const PointSource&>(in_file);
   VerdictHead head;
   TRY_ASSIGN(const verify::PieceVerdict verdict, judge_piece(surface, cloud, piece, what, context, head.in_strays));
   const std::vector<BlockTrace> traces = all.files.traces();
@@ -60,11 +64,9 @@ Result<void> make_verdict(const Cut& cut, const PartTask& task, const MeshedSurf
 
 }  // namespace
 
-Result<void> mesh_cut(const Cut& cut, const What& what, const SizeCheck& is_plausible, const Context& context,
-                      Progress& progress) {
+Result<void> mesh_cut(const Cut& cut, const What& what, const Context& context, Progress& progress) {
   if (is_done(cut, kMeshTask)) return {};
   TRY_ASSIGN(const reduce::Reduction reduction, join_reduction(cut));
-  TRY(is_plausible(reduction.report));
   std::optional<std::vector<stars::Ballot>> ballots;
   if (what.grow.engine != Engine::Front) {
     TRY_ASSIGN(ballots, read_ballots(cut));

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The mesh of a scan that is cut (cut_scan.hpp), and the distances of all points from it, piece by piece of the input.
 #pragma once
-#include <functional>
-
 #include "optimise/optimise.hpp"
 #include "pipeline/cut_scan.hpp"
 #include "pipeline/judge_scan.hpp"
@@ -18,12 +16,9 @@ struct MadeSurface {
   optimise::Report swaps;
 };
 
-/// Whether a cloud of this size can be a scan: said before anything is meshed.
-using SizeCheck = std::function<Result<void>(const reduce::Report&)>;
 /// The task `mesh`; nothing is done when the file is there.
 /// errors  IoFailed naming the task that makes what is missing; those of the stages; NoSpace
-Result<void> mesh_cut(const Cut& cut, const What& what, const SizeCheck& is_plausible, const Context& context,
-                      Progress& progress);
+Result<void> mesh_cut(const Cut& cut, const What& what, const Context& context, Progress& progress);
 /// What the tasks up to `join` made, once it is there.
 Result<MadeSurface> join_surface(const Cut& cut);
 

@@ -12,8 +12,8 @@
 namespace scanmill::pipeline {
 namespace {
 
-/// Points up to which every bin is counted: they take no more memory than a scan of so many is given.
-constexpr std::uint64_t kCountedPoints = 16000000;
+/// Points up to which every bin is counted; of more a share tells enough.
+constexpr std::uint64_t kCountedPoints = 2000000;
 // Of a part beside its rows: head, text, checksums, the last block, and what it took.
 constexpr std::uint64_t kFileBytes = 12 << 10;
 // Lists a bin, measured where nearly every bin keeps its point: 33 bytes of stars, 76 of a mesh.

@@ -7,6 +7,7 @@
 #include "base/paged_memory.hpp"
 #include "base/text.hpp"
 #include "cloud/over_blocks.hpp"
+#include "pipeline/brick_rows.hpp"
 #include "pipeline/clean_scan.hpp"
 #include "pipeline/cut_reduction.hpp"
 #include "pipeline/cut_stars.hpp"
@@ -114,9 +115,17 @@ void add_findings(const ScanResults& all, NoteList& notes) {
 }
 
 /// errors  BadInput when no scan is so large, or so small
-Result<void> check_size(const ScanPoints& points, const reduce::Report& report) {
-  std::string problem = implausible_size(report.bounds, points.units_mm(), report.bin_mm, report.points_used);
+Result<void> check_size(const ScanPoints& points, const Bounds& bounds, double bin_mm, std::uint64_t points_used) {
+  std::string problem = implausible_size(bounds, points.units_mm(), bin_mm, points_used);
   return problem.empty() ? Result<void>() : fail(Code::BadInput, std::move(problem));
+}
+
+/// The same of a scan that is cut, once `gather` has seen all of it.
+Result<void> check_size(const ScanPoints& points, const Cut& cut, const What& what) {
+  TRY_ASSIGN(const Totals totals, need_totals(cut));
+  reduce::ReadCounts counts;
+  add_counts(counts, totals.text.counts);
+  return check_size(points, counts.bounds, *what.lattice.bin_mm, counts.points_used);
 }
 
 /// What a task of a scan that is cut makes. `source`: the cleaned points.
@@ -126,8 +135,7 @@ Result<void> make_what(const PartTask& task, const ScanPoints& points, const Poi
     case PartStage::Stars:
       return star_batch(cut, task.number, what, context);
     case PartStage::Mesh:
-      return mesh_cut(
-          cut, what, [&](const reduce::Report& report) { return check_size(points, report); }, context, progress);
+      return mesh_cut(cut, what, context, progress);
     case PartStage::Swap:
       return swap_batch(cut, task.number, what, context);
     case PartStage::Join:
@@ -135,7 +143,9 @@ Result<void> make_what(const PartTask& task, const ScanPoints& points, const Poi
     case PartStage::Verify:
       return verify_piece(cut, task.number, {source, points}, what, context);
     default:
-      return CutReduction(source, what.lattice, what.reduce, cut).make(task, context);
+      if (task.stage == PartStage::Points) TRY(check_size(points, cut, what));
+      TRY(CutReduction(source, what.lattice, what.reduce, cut).make(task, context));
+      return task.stage == PartStage::Gather ? check_size(points, cut, what) : Result<void>();
   }
 }
 
@@ -196,7 +206,7 @@ Result<MadeSurface> make_surface(const ScanPoints& points, const CleanedScan& cl
   TRY(points.check_bands(notes));
   MadeSurface made{std::move(reduced).value(), {}, {}};
   const reduce::Report& report = made.reduction.report;
-  TRY(check_size(points, report));
+  TRY(check_size(points, report.bounds, report.bin_mm, report.points_used));
   clock.lap("reduce");
   TimedStages timed(clock, progress);
   TRY_ASSIGN(made.surface, mesh_surface(made.reduction.cloud, report.bounds, what, context, timed));
@@ -315,7 +325,7 @@ Result<ScanResult> run_scan(const std::string& archive, const ScanSpec& scan, co
 
   std::unique_ptr<PointSource> ordered;
   if (!cut) {
-    auto best = in_best_order(*cleaned.points, what, context, progress);
+    auto best = in_best_order(*cleaned.points, what.lattice, what.reduce, context, progress);
     if (!best.ok()) return name_file(std::move(best).error(), scan);
     ordered = std::move(best).value();
     if (ordered) clock.lap("order");

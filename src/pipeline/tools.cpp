@@ -71,7 +71,7 @@ void add_notes(const OpenedInputs& opened, Node& out, const reduce::ReducedCloud
 
 Result<reduce::Reduction> reduce_inputs(const OpenedInputs& opened, const What& what, const Context& context,
                                         Progress& progress) {
-  TRY_ASSIGN(const auto gathered, gathered_if_scattered(*opened.points, what, context, progress));
+  TRY_ASSIGN(const auto gathered, gathered_if_scattered(*opened.points, what.lattice, what.reduce, context, progress));
   const WatchedPoints watched(gathered ? *gathered : *opened.points, "reduce", progress);
   auto reduced = reduce::reduce_cloud(watched, what.lattice, what.reduce, context);
   if (!reduced.ok()) return as_typed(std::move(reduced).error(), opened.input);

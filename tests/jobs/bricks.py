@@ -283,6 +283,17 @@ def points_in_no_order_are_gathered(work):
     assert "stage gather" in log and "memory beyond the cap" in log, log
 
 
+def wrong_units_are_said_once_all_was_seen(work):
+    os.mkdir(f"{work}/archive")
+    make_cloud(f"{work}/archive/part.ply", 100000, radius=0.2)
+    write_job(f"{work}/job.yaml", "archive", 0.004)
+    text = run(f"{work}/job.yaml", f"{work}/out", "--set", "brick.edge_bins=32", "--set", "brick.pieces=2", code=3)
+    assert "set units to" in text, text
+    with open(f"{work}/out/logs/part.log") as file:
+        log = file.read()
+    assert "part gather failed" in log and "frame" not in log, log
+
+
 def a_cap_below_the_processes_is_refused(work):
     os.mkdir(f"{work}/archive")
     make_cloud(f"{work}/archive/part.ply", 1000)

@@ -286,8 +286,7 @@ TEST(CutSwaps, GiveTheMeshOfTheWhole) {
     for (const auto& wave : waves_of(cut, what.reduce.representative))
       for (const PartTask& task : wave) ASSERT_TRUE(reduction.make(task, context).ok()) << name_of(task);
     for (std::uint32_t batch = 0; batch < cut.batches; ++batch) ASSERT_TRUE(star_batch(cut, batch, what, context).ok());
-    const auto any_size = [](const reduce::Report&) -> Result<void> { return {}; };
-    ASSERT_TRUE(mesh_cut(cut, what, any_size, context, quiet).ok());
+    ASSERT_TRUE(mesh_cut(cut, what, context, quiet).ok());
     for (std::uint32_t batch = cut.batches; batch-- > 0;) ASSERT_TRUE(swap_batch(cut, batch, what, context).ok());
     ASSERT_TRUE(join_swaps(cut, what, context, quiet).ok());
     const auto found = join_surface(cut);
