@@ -232,7 +232,9 @@ Result<void> make_part(const std::string& archive, const ScanSpec& scan, const W
       if (name_of(task) != part) continue;
       auto made = make_task(task, *points, watched, what, cut, context, progress);
       if (!made.ok()) return name_file(explained(std::move(made).error(), cleaned), scan);
-      return points->verify_unchanged();
+      auto unchanged = points->verify_unchanged();
+      if (!unchanged.ok()) (void)store::remove_tree(path_of(cut, part));  // made of two states of the file
+      return unchanged;
     }
   return fail(Code::BadParameter, "found part '" + part + "'; such a scan has no part of this name", scan.name);
 }

@@ -258,6 +258,7 @@ Attempt ScanMaker::make_part(const SelectedScan& scan, ScanEntry entry, const st
   const auto made = [&]() -> Result<void> {
     recall_hashes(folder);
     TRY_ASSIGN(const Fingerprint fingerprint, frame_.work.fingerprint(scan.number, *scan.what));
+    result.fingerprint = fingerprint.value;  // of what it began with: a file that changes later is other work
     is_idle = needs_no_part(scan, fingerprint, entry);
     if (is_idle) return {};
     TRY(store::make_folders(folder));
@@ -293,8 +294,6 @@ Attempt ScanMaker::make_part(const SelectedScan& scan, ScanEntry entry, const st
       for (const std::string& line : part_lines(parts_of(scan))) (*log)->line(line);
       (*log)->line("part " + part + " failed: " + made.error().text());
     }
-  if (!made || result.forecast)
-    if (const auto now = frame_.work.fingerprint(scan.number, *scan.what)) result.fingerprint = now->value;
   if (is_idle) entry.fate = ScanFate::Unchanged;
   if (entry.why.empty()) entry.why = {"new or changed"};
   entry.seconds += wall;

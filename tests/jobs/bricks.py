@@ -425,6 +425,39 @@ def a_disk_that_fills_up_stops_the_run_and_it_goes_on(work):
     assert took["cpu_seconds"] < sum(took["stage_cpu_seconds"].values()), "parts of the run before are left out"
 
 
+def a_file_that_changes_is_made_by_the_next_run(work):
+    os.mkdir(f"{work}/archive")
+    path = f"{work}/archive/part.ply"
+    make_cloud(path, 1000000)
+    write_job(f"{work}/job.yaml", "archive", 0.3, "brick: {edge_bins: 32, pieces: 4, batches: 6}\n")
+    for executor in ["local", "inline"]:
+        os.utime(path, (1e9, 1e9))
+        out = f"{work}/{executor}"
+        running = subprocess.Popen([SCANMILL, "run", f"{work}/job.yaml", "--out", out, "--progress", "none", "--threads", "1",
+                                    "--executor", executor], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+        while running.poll() is None and len(glob.glob(f"{out}/work/parts/part/stars*.part")) < 6:
+            time.sleep(0.001)
+        time.sleep(0.1)  # `mesh`, which takes long, is at work by now
+        with open(path, "r+b") as file:
+            file.seek(-5, os.SEEK_END)
+            byte = file.read(1)
+            file.seek(-5, os.SEEK_END)
+            file.write(bytes([byte[0] ^ 1]))
+        text = running.communicate()[0]
+        assert running.returncode == 3 and "the file changed while it was read" in text, (running.returncode, text)
+        with open(f"{out}/run.json") as file:
+            error = json.load(file)["scans"][0]["error"]
+        assert error["class"] == "bad_input", error
+        mixed = f"{out}/work/parts/part/{error['stage'].replace(' ', '-')}.part"
+        assert not os.path.exists(mixed), f"{mixed} is made of two states of the file"
+        text = run(f"{work}/job.yaml", out, "--threads", "2")
+        assert "1 done" in text, text
+        with open(f"{out}/quarantine.json") as file:
+            assert json.load(file) == {}
+        run(f"{work}/job.yaml", f"{work}/whole", "--set", "brick.edge_bins=auto")
+        same(f"{work}/whole", out)
+
+
 def progress_counts_the_parts(work):
     os.mkdir(f"{work}/archive")
     make_cloud(f"{work}/archive/part.ply", 300000)
