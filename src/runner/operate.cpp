@@ -68,11 +68,13 @@ Live look_at_run(const OutputTree& tree) {
   return live;
 }
 
-std::string count_line(const Node& counts) {
+/// "5 done, 1 running, 3 waiting"
+std::string count_line(const Node& counts, bool was_killed = false) {
   std::string line;
   for (const Node::Entry& entry : counts.entries())
     if (entry.value.as_integer() > 0 || entry.key == "done")
-      line += (line.empty() ? "" : ", ") + std::to_string(entry.value.as_integer()) + " " + entry.key;
+      line += (line.empty() ? "" : ", ") + std::to_string(entry.value.as_integer()) + " " +
+              (was_killed && entry.key == "running" ? "not finished" : entry.key);
   return line;
 }
 
@@ -177,27 +179,46 @@ std::set<std::string> unmade_scans(const OutputTree& tree) {
 /// Parts of large scans, by scan.
 struct KeptParts {
   std::vector<std::string> wanted, rest;  // folders
-  std::uint64_t bytes = 0;                // of those that are wanted
+  std::vector<std::string> texts;         // "bun (19 parts, 12 MiB)", of those that are wanted
+  std::uint64_t bytes = 0;                // of these
 };
 
 KeptParts look_at_parts(const OutputTree& tree) {
   KeptParts parts;
-  std::map<std::string, std::uint64_t> folders;
+  struct Folder {
+    std::uint64_t parts = 0, bytes = 0;
+  };
+  std::map<std::string, Folder> folders;
   std::error_code error;
   for (std::filesystem::recursive_directory_iterator it(tree.parts(), error), end; !error && it != end;
        it.increment(error)) {
     std::error_code unknown;
     if (!it->is_regular_file(unknown)) continue;
     const std::uintmax_t bytes = it->file_size(unknown);
-    folders[it->path().parent_path().string()] += unknown ? 0 : bytes;
+    Folder& folder = folders[it->path().parent_path().string()];
+    folder.bytes += unknown ? 0 : bytes;
+    folder.parts += it->path().extension() == ".part";
   }
   const std::set<std::string> unmade = folders.empty() ? std::set<std::string>() : unmade_scans(tree);
-  for (const auto& [folder, bytes] : folders) {
-    const bool is_wanted = unmade.contains(std::filesystem::path(folder).lexically_relative(tree.parts()).string());
-    (is_wanted ? parts.wanted : parts.rest).push_back(folder);
-    if (is_wanted) parts.bytes += bytes;
+  for (const auto& [path, folder] : folders) {
+    const std::string scan = std::filesystem::path(path).lexically_relative(tree.parts()).string();
+    const bool is_wanted = unmade.contains(scan);
+    (is_wanted ? parts.wanted : parts.rest).push_back(path);
+    if (!is_wanted) continue;
+    parts.bytes += folder.bytes;
+    parts.texts.push_back(scan + " (" + counted(folder.parts, "part") + ", " + bytes_text(folder.bytes) + ")");
   }
   return parts;
+}
+
+/// What runs before have left to go on from.
+std::string text_of_parts(const KeptParts& parts) {
+  std::string text;
+  for (std::size_t i = 0; i < std::min(parts.texts.size(), kShownPending); ++i)
+    text += (i == 0 ? "\npartly made: " : ", ") + parts.texts[i];
+  if (parts.texts.size() > kShownPending)
+    text += " and " + std::to_string(parts.texts.size() - kShownPending) + " more";
+  return text.empty() ? text : text + "; the next run goes on from there";
 }
 
 /// Everything gc may take, with the reason.
@@ -253,7 +274,7 @@ int show_status(const std::string& out, Console& console) {
            : live.is_here ? "the run was killed, last sign " + text_in(*live.tree, "heartbeat") + ": " + who +
                                 "\nrun the job again: it goes on where this one was"
                           : "running on another machine, last sign " + text_in(*live.tree, "heartbeat") + ": " + who;
-    if (const Node* counts = live.tree->find("counts"); counts && counts->is_map()) text += "\n" + count_line(*counts);
+    if (const Node* counts = live.tree->find("counts"); counts && counts->is_map()) text += "\n" + count_line(*counts, live.is_here && !live.is_alive);
     if (const Node* running = live.tree->find("running"); running && running->is_sequence() && live.is_alive)
       text += running_lines(*running, silence);
     if (const double left = number_in(*live.tree, "seconds_left"); left > 0 && live.is_alive)
@@ -279,7 +300,10 @@ int show_status(const std::string& out, Console& console) {
     event.set("state", "empty");
     text = "no run yet";
   }
-  if (!live.is_alive && (!live.tree || live.is_here)) text += text_of_waves(tree, out);
+  if (!live.is_alive && (!live.tree || live.is_here)) {
+    text += text_of_parts(look_at_parts(tree));
+    text += text_of_waves(tree, out);
+  }
   const auto quarantined = Quarantine::load(tree.quarantine_file()).names();
   event.set("quarantined", static_cast<std::uint64_t>(quarantined.size()));
   if (!quarantined.empty())

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <set>
 
 #include "base/text.hpp"
 #include "runner/machine.hpp"
@@ -76,9 +77,21 @@ std::uint64_t failed_of(const RunReport& report) {
   return report.count(ScanFate::Failed) + report.count(ScanFate::Stale);
 }
 
+/// Scans; one whose parts are at work counts once.
 std::size_t count_at_work(const RunPicture& picture) {
-  return static_cast<std::size_t>(
-      std::count_if(picture.running.begin(), picture.running.end(), [](const Running& one) { return !one.is_queued; }));
+  std::set<std::size_t> scans;
+  for (const Running& one : picture.running)
+    if (!one.is_queued) scans.insert(one.order.scan);
+  return scans.size();
+}
+
+/// ", 3 pending, 5 parts pending", as far as there are any.
+std::string queued_text(const RunPicture& picture) {
+  std::size_t scans = 0, parts = 0;
+  for (const Running& one : picture.running)
+    if (one.is_queued) ++(one.order.part.empty() ? scans : parts);
+  return (scans > 0 ? ", " + std::to_string(scans) + " pending" : "") +
+         (parts > 0 ? ", " + counted(parts, "part") + " pending" : "");
 }
 
 }  // namespace
@@ -108,9 +121,7 @@ std::string line_of(const RunPicture& picture) {
     line += " (" + name_of_running(picture, slowest) + " " + slowest.stage + " " + short_clock(age_of(slowest)) +
             parts_text(picture, slowest) + ")";
   }
-  if (const auto queued = picture.running.size() - at_work; queued > 0)
-    line += ", " + std::to_string(queued) + " pending";
-  line += ", " + std::to_string(picture.waiting) + " waiting | " +
+  line += queued_text(picture) + ", " + std::to_string(picture.waiting) + " waiting | " +
           std::to_string(percent(picture.bytes_done, picture.bytes_all)) + " % of " + bytes_text(picture.bytes_all) +
           " | " + short_clock(picture.seconds);
   if (const double left = seconds_left(picture); left > 0) line += ", about " + short_clock(left) + " left";
@@ -153,6 +164,7 @@ Node to_document(const RunPicture& picture, std::uint64_t epoch) {
   for (const ScanFate fate : {ScanFate::Unchanged, ScanFate::Done, ScanFate::Failed, ScanFate::Stale,
                               ScanFate::Quarantined, ScanFate::Interrupted})
     counts.set(name_of(fate), report.count(fate));
+  counts.set("running", static_cast<std::uint64_t>(count_at_work(picture)));
   counts.set("waiting", static_cast<std::uint64_t>(picture.waiting));
   tree.set("counts", std::move(counts));
   tree.set("bytes_done", picture.bytes_done);

@@ -25,7 +25,7 @@ struct RunPicture {
   const RunReport& report;
   std::span<const Running> running;
   std::span<const std::string> names;  // of the selection, by Order::scan
-  std::size_t waiting = 0;             // not started
+  std::size_t waiting = 0;             // scans of which nothing is at work
   std::uint64_t bytes_done = 0, bytes_all = 0;
   std::string remark;  // what the run waits for, or that it is ending; may be empty
   double seconds = 0;  // since the run began

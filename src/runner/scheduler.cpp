@@ -5,6 +5,7 @@
 #include <cmath>
 #include <csignal>
 #include <ctime>
+#include <set>
 
 #include "base/text.hpp"
 #include "runner/machine.hpp"
@@ -513,10 +514,12 @@ RunPicture Scheduler::picture() const {
   if (const std::string waits = p_.executor.waits_for(); !waits.empty())
     remark += (remark.empty() ? "pending: " : "; pending: ") + waits;
   const std::uint64_t bytes_done = bytes_done_ + bytes_of_parts();
+  std::set<std::size_t> handed_out;
+  for (const Running& one : p_.executor.running()) handed_out.insert(one.order.scan);
   RunPicture picture{p_.report,
                      p_.executor.running(),
                      names_,
-                     list_.size(),
+                     list_.scans_beside(handed_out),
                      bytes_done,
                      bytes_all_,
                      remark,

@@ -33,6 +33,19 @@ void Worklist::add(const WorkItem& item) {
   bytes_ += item.bytes;
 }
 
+std::size_t Worklist::scans_beside(const std::set<std::size_t>& scans) const {
+  std::size_t count = 0;
+  std::set<std::size_t> of_parts;
+  for (const Entry& entry : items_) {
+    if (scans.contains(entry.item.scan)) continue;
+    if (entry.item.part.empty())
+      ++count;
+    else
+      of_parts.insert(entry.item.scan);
+  }
+  return count + of_parts.size();
+}
+
 std::optional<std::pair<WorkItem, Order>> Worklist::next(const Room& room, Moment now) {
   if (room.cores_free < 1) return std::nullopt;
   for (auto entry = items_.begin(); entry != items_.end(); ++entry) {

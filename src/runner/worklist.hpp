@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cstdint>
 #include <optional>
+#include <set>
 #include <vector>
 
 #include "runner/executor.hpp"
@@ -38,6 +39,8 @@ class Worklist {
   void add(const WorkItem& item);
   bool empty() const { return items_.empty(); }
   std::size_t size() const { return items_.size(); }
+  /// Scans other than these; the parts of one count once.
+  std::size_t scans_beside(const std::set<std::size_t>& scans) const;
   /// The heaviest item that may start and fits, with its share of cores and memory; it leaves the list. An item that
   /// does not fit is passed over by lighter ones a few times only, so that it gets its turn.
   std::optional<std::pair<WorkItem, Order>> next(const Room& room, Moment now);

@@ -477,6 +477,9 @@ def progress_counts_the_parts(work):
     percent = re.search(r"(\d+) % of ", text)
     assert percent and 0 < int(percent[1]) <= 100 * int(shown[1]) / int(shown[2]) + 1, text
     assert "stopping" not in text or "stopping: 1 part of 1 scan is brought to the end" in text, text
+    assert "0 done, 1 running (" in text and "0 waiting |" in text, text
+    said = subprocess.run([SCANMILL, "status", out], text=True, stdout=subprocess.PIPE, check=True).stdout
+    assert re.search(r"partly made: part \(\d+ parts, [\d.]+ MiB\); the next run goes on from there", said), said
 
 
 if __name__ == "__main__":

@@ -10,6 +10,7 @@
 #include "runner/operate.hpp"
 #include "runner/output_tree.hpp"
 #include "runner/run_view.hpp"
+#include "runner/worklist.hpp"
 
 namespace scanmill::runner {
 namespace {
@@ -112,6 +113,13 @@ TEST_F(Garbage, LeavesThePartsOfScansThatAreToBeMade) {
   EXPECT_NE(collect(false).find("nothing to remove"), std::string::npos);
 }
 
+TEST_F(Garbage, IsNoneForStatusWhereTheNextRunGoesOn) {
+  const std::string text = status();
+  EXPECT_NE(text.find("\npartly made: at/work (1 part, 1 KiB), not-yet (1 part, 1 KiB); the next run goes on"),
+            std::string::npos)
+      << text;
+}
+
 TEST_F(Garbage, TakesAllPartsWhenNoScanWantsThem) {
   spill(tree().run_file(), R"({"scans":[{"name":"at/work","state":"done"},{"name":"made","state":"done"},)"
                            R"({"name":"not-yet","state":"unchanged"}]})");
@@ -133,6 +141,22 @@ TEST_F(Status, TellsOfAProcessThatWasStopped) {
   waitpid(child, &how, 0);
 }
 
+TEST(Waiting, CountsScansNotParts) {
+  Worklist list;
+  for (const char* part : {"map 0", "map 1", "map 2"}) {
+    WorkItem item;
+    item.part = part;
+    list.add(item);
+  }
+  for (std::size_t scan : {1, 2}) {
+    WorkItem item;
+    item.scan = scan;
+    list.add(item);
+  }
+  EXPECT_EQ(list.scans_beside({}), 3u);
+  EXPECT_EQ(list.scans_beside({0}), 2u);
+}
+
 TEST(RunLine, CountsThePartsOfACutScan) {
   const RunReport report;
   const std::vector<std::string> names{"bun"};
@@ -151,6 +175,16 @@ TEST(RunLine, CountsThePartsOfACutScan) {
   const document::Node& row = tree.find("running")->items()[0];
   EXPECT_EQ(row.find("parts_done")->as_integer(), 19);
   EXPECT_EQ(row.find("parts")->as_integer(), 36);
+  running.push_back(running[0]);
+  running[1].order.part = "frame 4";
+  picture.running = running;
+  EXPECT_TRUE(line_of(picture).starts_with("0 done, 1 running (")) << line_of(picture);
+  EXPECT_NE(line_of(picture).find(" done), 2 waiting"), std::string::npos) << line_of(picture);
+  EXPECT_EQ(to_document(picture, 1).find("counts")->find("running")->as_integer(), 1);
+  running[1].is_queued = true;
+  EXPECT_NE(line_of(picture).find(", 1 part pending, 2 waiting"), std::string::npos) << line_of(picture);
+  running.pop_back();
+  picture.running = running;
   running[0].order.part.clear();  // the scan itself is put together
   EXPECT_EQ(line_of(picture).find("parts"), std::string::npos);
 }
