@@ -48,7 +48,9 @@ class Scheduler {
   void put_on_list(std::size_t scan);
   void put_next_wave(std::size_t scan);
   bool is_at_work(std::size_t scan) const;
-  void begin_again(std::size_t scan, ScanEntry& entry);
+  void begin_again(std::size_t scan, ScanEntry& entry, bool at_once);
+  std::string lost_part(const ScanEntry& entry, const std::string& maker) const;
+  bool may_heal(std::size_t scan, const std::string& lost);
   void tell_of_cut(std::size_t scan);
   void end_part(const WorkItem& item, Ended&& ended);
   std::optional<Error> lack_for_parts(std::size_t scan, const CutForecast& forecast) const;
@@ -98,6 +100,7 @@ class Scheduler {
     Clock::time_point not_before{};
   };
   std::map<std::size_t, CutState> cut_;
+  std::map<std::pair<std::size_t, std::string>, int> lost_;  // how often a part was found lost or damaged in this run
   std::map<std::size_t, PartCount> parts_;  // of scans that are cut, until they are done themselves
   std::vector<std::uint64_t> remembered_;   // memory that a scan was found to need
   Clock::time_point began_ = Clock::now(), saved_{}, asked_{}, space_checked_{}, stop_at_{};

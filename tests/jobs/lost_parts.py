@@ -68,6 +68,35 @@ def lost_parts_are_made_again(work):
     spoil_each_part(work, os.remove)
 
 
+def all_parts_at_once_are_made_again(work):
+    os.mkdir(f"{work}/archive")
+    make_cloud(f"{work}/archive/part.ply", 100000)
+    write_job(f"{work}/job.yaml", "archive", 0.8)
+    run(f"{work}/job.yaml", f"{work}/whole")
+    out = f"{work}/cut"
+    folder = f"{out}/work/parts/part"
+    cut = ["--set", "brick.edge_bins=16", "--set", "brick.pieces=3", "--set", "brick.batches=4", "--threads", "2"]
+    for at in ["frame-3", "stars-3", "join"]:
+        shutil.rmtree(out, ignore_errors=True)
+        running = subprocess.Popen([SCANMILL, "run", f"{work}/job.yaml", "--out", out, "--progress", "none", *cut],
+                                   stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True)
+        while running.poll() is None and not os.path.exists(f"{folder}/{at}.part"):
+            time.sleep(0.0005)
+        os.killpg(running.pid, signal.SIGKILL)
+        running.wait()
+        time.sleep(0.05)
+        spoilt = [f"{folder}/{name}" for name in os.listdir(folder) if name.endswith(".part")]
+        for path in spoilt:
+            flip(path)
+        begin = time.monotonic()
+        text = run(f"{work}/job.yaml", out, *cut, "--set", "retry.wait_s=1000")
+        assert time.monotonic() - begin < 300
+        healed = text.count("is made again; tried again at once")
+        print(f"{at}: {len(spoilt)} spoilt, {healed} found")
+        assert at != "frame-3" or healed > 2, text  # more than retry.transient
+        same(f"{work}/whole", out)
+
+
 def rules_that_clean_tell_what_they_took(work):
     os.mkdir(f"{work}/archive")
     make_cloud(f"{work}/archive/part.ply", 100000)
