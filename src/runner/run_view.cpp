@@ -98,8 +98,8 @@ std::string queued_text(const RunPicture& picture) {
 
 double seconds_left(const RunPicture& picture) {
   if (!picture.running.empty() && count_at_work(picture) == 0) return 0;  // nobody knows when those begin
-  if (picture.bytes_done == 0 || picture.seconds < 1) return 0;
-  const auto done = static_cast<double>(picture.bytes_done);
+  const double done = static_cast<double>(picture.bytes_done) - picture.bytes_found;
+  if (done < 1 || picture.seconds < 1) return 0;
   const double left = static_cast<double>(picture.bytes_all - picture.bytes_done);
   if (picture.cores == 0 || picture.core_seconds <= 0) return picture.seconds * left / done;
   return std::max(0.0, left - picture.bytes_begun) * picture.core_seconds / done / picture.cores;

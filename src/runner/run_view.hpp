@@ -18,6 +18,8 @@ struct PartCount {
   std::size_t done = 0, all = 0;
   std::uint64_t bytes = 0;  // of the scan
   double core_seconds = 0;  // that its parts have taken
+  // Of the CPU time that all of it takes: done, of each part at work now, and done by an earlier run.
+  double share = 0, next = 0, found = 0;
 };
 
 /// What there is to see.
@@ -33,6 +35,7 @@ struct RunPicture {
   int cores = 0;            // that the run has here; 0: elsewhere, and the two below are not told
   double core_seconds = 0;  // that went into bytes_done
   double bytes_begun = 0;   // of what is at work, by the speed so far
+  double bytes_found = 0;   // of bytes_done, made by an earlier run: they tell no speed
   const std::map<std::size_t, PartCount>* parts = nullptr;  // of scans that are cut, by Order::scan
 };
 

@@ -22,6 +22,7 @@ constexpr auto kTick = std::chrono::milliseconds(100);
 constexpr auto kAskInterval = std::chrono::milliseconds(500);
 constexpr auto kSpaceInterval = std::chrono::seconds(1);
 constexpr auto kStopPatience = std::chrono::seconds(10);
+constexpr double kOverdue = 0.1;     // of its time so far is left to what takes longer than was thought
 constexpr double kSaveShare = 0.05;  // of the time may go into run.json
 constexpr int kMostWaits = 10;       // for files that keep changing
 constexpr std::size_t kRememberedEpochs = 3;
@@ -141,7 +142,10 @@ void Scheduler::put_on_list(std::size_t scan) {
   bytes_all_ += item.bytes;
   const CutParts parts = p_.journal ? p_.maker.parts_of(p_.selection.scans[scan]) : CutParts{};
   if (parts.waves.empty()) return list_.add(item);
-  cut_[scan] = {parts.waves, parts.whole, 0, 0, item.bytes, {}, {}, false};
+  CutState& cut = cut_[scan];
+  cut.waves = parts.waves;
+  cut.whole = parts.whole;
+  cut.bytes = item.bytes;
   put_next_wave(scan);
 }
 
@@ -475,6 +479,8 @@ void Scheduler::note_end(const WorkItem& item, const Ended& ended, bool again) {
 void Scheduler::finish_scan(const WorkItem& item, const Ended& ended, const std::string& fingerprint) {
   ScanEntry& entry = p_.report.scans[item.scan];
   bytes_done_ += item.bytes;
+  if (const auto parts = parts_.find(item.scan); parts != parts_.end())
+    bytes_found_ += static_cast<double>(item.bytes) * parts->second.found;
   parts_.erase(item.scan);
   core_seconds_ += ended.seconds * ended.order.threads;
   leave_quarantine(entry);
@@ -515,7 +521,7 @@ RunPicture Scheduler::picture() const {
   std::string remark = remark_;
   if (const std::string waits = p_.executor.waits_for(); !waits.empty())
     remark += (remark.empty() ? "pending: " : "; pending: ") + waits;
-  const std::uint64_t bytes_done = bytes_done_ + bytes_of_parts();
+  const std::uint64_t bytes_done = bytes_done_ + static_cast<std::uint64_t>(bytes_of_parts());
   std::set<std::size_t> handed_out;
   for (const Running& one : p_.executor.running()) handed_out.insert(one.order.scan);
   RunPicture picture{p_.report,
@@ -531,11 +537,15 @@ RunPicture Scheduler::picture() const {
   if (p_.executor.is_remote() || core_seconds_ <= 0) return picture;
   picture.cores = p_.report.threads;
   picture.core_seconds = core_seconds_;
-  const double rate = static_cast<double>(bytes_done) / core_seconds_;
+  picture.bytes_found = bytes_found_;
+  for (const auto& [scan, parts] : parts_) picture.bytes_found += static_cast<double>(parts.bytes) * parts.found;
+  const double rate = std::max(0.0, static_cast<double>(bytes_done) - picture.bytes_found) / core_seconds_;
   for (const Running& one : p_.executor.running())
-    for (const WorkItem& item : at_work_)
-      if (item.scan == one.order.scan && item.part == one.order.part)
-        picture.bytes_begun += std::min(share_of(item), rate * one.order.threads * seconds_since(one.began));
+    for (const WorkItem& item : at_work_) {
+      if (item.scan != one.order.scan || item.part != one.order.part) continue;
+      const double spent = rate * one.order.threads * seconds_since(one.began);
+      picture.bytes_begun += std::min(spent, share_of(item) - kOverdue * spent);
+    }
   return picture;
 }
 

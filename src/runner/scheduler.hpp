@@ -75,7 +75,7 @@ class Scheduler {
   Room room() const;
   RunPicture picture() const;
   double share_of(const WorkItem& item) const;
-  std::uint64_t bytes_of_parts() const;
+  double bytes_of_parts() const;
   std::string at_work_text(bool queued_too) const;
   const std::string& name(std::size_t scan) const { return names_[scan]; }
 
@@ -98,6 +98,9 @@ class Scheduler {
     bool again = false;  // from the first wave on, once nothing of the scan is at work
     int passing = 0;     // faults so far that may pass
     Clock::time_point not_before{};
+    std::vector<double> cpu;           // per wave and, last, of the scan itself, of 1; empty: not known yet
+    std::vector<std::uint8_t> found;  // per wave: an earlier run made it
+    double share(std::size_t wave) const;
   };
   std::map<std::size_t, CutState> cut_;
   std::map<std::pair<std::size_t, std::string>, int> lost_;  // how often a part was found lost or damaged in this run
@@ -107,6 +110,7 @@ class Scheduler {
   double save_took_ = 0;
   std::uint64_t bytes_all_ = 0, bytes_done_ = 0;
   double core_seconds_ = 0;  // of what is done
+  double bytes_found_ = 0;   // of bytes_done_, made by earlier runs
   std::uint64_t space_floor_ = 0;
   std::optional<std::int64_t> deadline_;  // seconds since 1970
   std::string remark_;

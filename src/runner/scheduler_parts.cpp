@@ -29,19 +29,26 @@ void Scheduler::tell_of_cut(std::size_t scan) {
                                   counted(cut.waves.size(), "wave") + ", then the scan itself");
 }
 
-/// The part of the scan's bytes that this work stands for: its parts and the scan itself count alike.
+/// Of the CPU time of all; until the first part tells, parts and the scan itself count alike.
+double Scheduler::CutState::share(std::size_t wave) const {
+  if (wave < cpu.size()) return cpu[wave];
+  std::size_t all = 1;
+  for (const auto& one : waves) all += one.size();
+  return static_cast<double>(wave < waves.size() ? waves[wave].size() : 1) / static_cast<double>(all);
+}
+
+/// The part of the scan's bytes that this work stands for, by its CPU time.
 double Scheduler::share_of(const WorkItem& item) const {
   const auto found = parts_.find(item.scan);
   if (found == parts_.end()) return static_cast<double>(item.bytes);
-  return static_cast<double>(found->second.bytes) / static_cast<double>(found->second.all + 1);
+  return static_cast<double>(found->second.bytes) * found->second.next;
 }
 
 /// Of scans that are not done, by the parts that are there.
-std::uint64_t Scheduler::bytes_of_parts() const {
+double Scheduler::bytes_of_parts() const {
   double bytes = 0;
-  for (const auto& [scan, parts] : parts_)
-    bytes += static_cast<double>(parts.bytes) * static_cast<double>(parts.done) / static_cast<double>(parts.all + 1);
-  return static_cast<std::uint64_t>(bytes);
+  for (const auto& [scan, parts] : parts_) bytes += static_cast<double>(parts.bytes) * parts.share;
+  return bytes;
 }
 
 /// "3 scans and 2 parts of 1 scan"
@@ -75,8 +82,12 @@ void Scheduler::put_next_wave(std::size_t scan) {
   count = {0, 0, cut.bytes, count.core_seconds};
   for (std::size_t w = 0; w < cut.waves.size(); ++w) {
     count.all += cut.waves[w].size();
-    if (w < cut.next) count.done += cut.waves[w].size();
+    if (w >= cut.next) continue;
+    count.done += cut.waves[w].size();
+    count.share += cut.share(w);
+    if (w < cut.found.size() && cut.found[w]) count.found += cut.share(w);
   }
+  count.next = cut.share(cut.next) / static_cast<double>(cut.next < cut.waves.size() ? cut.waves[cut.next].size() : 1);
   if (cut.next == cut.waves.size()) {
     if (cut.idle) parts_.erase(scan);
     cut_.erase(scan);
@@ -188,6 +199,11 @@ void Scheduler::end_part(const WorkItem& item, Ended&& ended) {
     entry.attempts = before.attempts;
   }
   bool is_refused = false;
+  if (ended.attempt && ended.attempt->forecast && ended.attempt->forecast->cpu.size() == cut.waves.size() + 1) {
+    cut.cpu = ended.attempt->forecast->cpu;
+    cut.found.clear();
+    for (const std::uint64_t bytes : ended.attempt->forecast->disk) cut.found.push_back(bytes == 0);
+  }
   if (ended.attempt && ended.attempt->forecast && entry.failure == FailureClass::None)
     if (auto lack = lack_for_parts(item.scan, *ended.attempt->forecast)) {
       is_refused = true;
@@ -248,7 +264,9 @@ void Scheduler::end_part(const WorkItem& item, Ended&& ended) {
     cut.next = cut.waves.size();
     return put_next_wave(item.scan);
   }
-  ++parts_[item.scan].done;
+  PartCount& count = parts_[item.scan];
+  ++count.done;
+  count.share += count.next;
   if (--cut.left == 0) put_next_wave(item.scan);
 }
 

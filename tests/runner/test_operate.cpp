@@ -200,6 +200,9 @@ TEST(TimeLeft, CountsCoreTimeAndWhatIsBegun) {
   EXPECT_EQ(seconds_left(picture), 15);
   picture.bytes_begun = 1000;
   EXPECT_EQ(seconds_left(picture), 0);
+  picture.bytes_begun = 0;
+  picture.bytes_found = 60;  // the ten seconds made the other 40
+  EXPECT_EQ(seconds_left(picture), 50);
 }
 
 }  // namespace
