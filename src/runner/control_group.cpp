@@ -85,6 +85,16 @@ std::uint64_t number_in(const std::string& path) {
   return file >> value ? value : 0;
 }
 
+/// Of lines "name 12".
+std::optional<std::uint64_t> named_in(const std::string& path, const std::string& name) {
+  std::ifstream file(path);
+  std::string word;
+  std::uint64_t value = 0;
+  while (file >> word >> value)
+    if (word == name) return value;
+  return std::nullopt;
+}
+
 }  // namespace
 
 std::uint64_t group_memory_limit(const std::string& proc, const std::string& root) {
@@ -100,6 +110,18 @@ std::uint64_t group_memory_limit(const std::string& proc, const std::string& roo
     }
   }
   return least;
+}
+
+std::optional<std::uint64_t> group_memory_kills(const std::string& proc, const std::string& root) {
+  std::optional<std::uint64_t> sum;
+  for (const Mount& mount : memory_mounts(proc + "/mountinfo")) {
+    const auto group = group_of(proc + "/cgroup", mount.is_v2);
+    if (!group) continue;
+    const char* const name = mount.is_v2 ? "/memory.events" : "/memory.oom_control";
+    if (const auto kills = named_in(root + mount.point + below_mount(*group, mount) + name, "oom_kill"))
+      sum = sum.value_or(0) + *kills;
+  }
+  return sum;
 }
 
 }  // namespace scanmill::runner

@@ -40,7 +40,7 @@ struct Ended {
   std::optional<Attempt> attempt;  // nothing when the process died without an answer
   std::string stage;               // the latest that it told
   std::string death;               // how it died, e.g. "signal 11 (Segmentation fault)"
-  bool killed_by_system = false;   // SIGKILL that this program did not send: the usual sign of a lack of memory
+  bool killed_by_system = false;   // SIGKILL that this program did not send, where memory may have been short
   bool over_time = false;
   bool reused = false;  // the process had made other scans before
   double seconds = 0, cpu_seconds = 0;  // of this attempt alone

@@ -75,6 +75,7 @@ struct Child {
   std::uint64_t memory = 0;  // cap of its first order: what its idle memory was counted in
   double cpu_seconds = 0;    // of the answer
   double cpu_before = 0;     // of the process, for scans that it made before
+  MemorySigns signs = {};    // before it
 };
 
 /// A worker that has answered and waits for the next scan.
@@ -237,6 +238,7 @@ class LocalExecutor final : public Executor {
     child.memory = worker.memory;
     child.cpu_before = worker.cpu_seconds;
     child.reused = reused;
+    child.signs = memory_signs();
     children_.push_back(std::move(child));
   }
 
@@ -344,7 +346,9 @@ class LocalExecutor final : public Executor {
     if (WIFSIGNALED(status)) {
       ended.death =
           "signal " + std::to_string(WTERMSIG(status)) + " (" + std::string(strsignal(WTERMSIG(status))) + ")";
-      ended.killed_by_system = WTERMSIG(status) == SIGKILL && !children_[i].killed && !children_[i].over_time;
+      ended.killed_by_system =
+          WTERMSIG(status) == SIGKILL && !children_[i].killed && !children_[i].over_time &&
+          was_short_of_memory(children_[i].signs, memory_signs(), ended.peak_memory, usable_memory());
     } else if (!ended.attempt) {
       ended.death = "exit code " + std::to_string(WEXITSTATUS(status)) + " without an answer";
     }

@@ -41,6 +41,25 @@ std::uint64_t usable_memory() {
   return whole > 0 && limit > 0 ? std::min(whole, limit) : std::max(whole, limit);
 }
 
+MemorySigns memory_signs() {
+  const auto named = [](const char* path, const std::string& name) -> std::uint64_t {
+    std::ifstream file(path);
+    std::string word;
+    while (file >> word)
+      if (std::uint64_t value = 0; word == name && file >> value) return value;
+    return 0;
+  };
+  const auto of_group = group_memory_kills();
+  return {of_group ? *of_group : named("/proc/vmstat", "oom_kill"), named("/proc/meminfo", "MemAvailable:") << 10};
+}
+
+bool was_short_of_memory(const MemorySigns& before, const MemorySigns& after, std::uint64_t held,
+                         std::uint64_t machine) {
+  if (after.kills > before.kills || after.available == 0 || machine == 0) return true;
+  // A watcher like systemd-oomd kills before the kernel must, and is not counted.
+  return after.available < held + machine / 20;
+}
+
 std::string host_name() {
   utsname name;
   return uname(&name) == 0 ? name.nodename : "unknown";

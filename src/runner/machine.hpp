@@ -14,6 +14,16 @@ int usable_cores();
 /// Physical memory, or the least limit of the control groups above this process where that is less; 0 when neither can
 /// be read.
 std::uint64_t usable_memory();
+/// What the system tells of a lack of memory.
+struct MemorySigns {
+  std::uint64_t kills = 0;      // processes it killed for that, of the control group or else of the machine
+  std::uint64_t available = 0;  // bytes now; 0: not known
+};
+MemorySigns memory_signs();
+/// Whether a process that was killed between the two, and held so much, may have been killed for a lack of memory.
+/// machine  usable memory; 0: not known
+bool was_short_of_memory(const MemorySigns& before, const MemorySigns& after, std::uint64_t held,
+                         std::uint64_t machine);
 std::string host_name();
 /// Where process numbers mean what they mean here: this start of the kernel and its space of numbers; empty when it
 /// cannot be told.

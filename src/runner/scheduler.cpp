@@ -419,6 +419,11 @@ void Scheduler::take_over_death(Ended& ended, ScanEntry& entry) const {
                            ", most likely because the machine ran out of memory; lower resources.memory or "
                            "resources.threads, or choose larger bins",
                        "memory");
+  } else if (ended.death.starts_with("signal 9 ")) {
+    entry.failure = FailureClass::Internal;
+    entry.error = fail(Code::Internal, "the worker was killed from outside (SIGKILL)" + stage +
+                                           ", and memory was not short; look for who did it: an operator, a watchdog, "
+                                           "a limit of the batch system");
   } else {
     entry.failure = FailureClass::Internal;
     entry.error = fail(Code::Internal, "the worker died of " + ended.death + stage +

@@ -35,6 +35,17 @@ TEST_F(ControlGroup, OfVersion2CountsWithAllAboveIt) {
   EXPECT_EQ(least(), 100000000u) << "it is not in that one";
 }
 
+TEST_F(ControlGroup, CountsWhatWasKilledForMemory) {
+  const auto kills = [&] { return group_memory_kills(root + "/proc", root); };
+  process("0::/a\n", v2);
+  EXPECT_FALSE(kills());
+  limit("/a/memory.events", "low 0\nhigh 12\nmax 7\noom 3\noom_kill 2");
+  EXPECT_EQ(kills(), 2u);
+  process("4:memory:/trial\n0::/\n", v1);
+  limit("/memory/trial/memory.oom_control", "oom_kill_disable 0\nunder_oom 0\noom_kill 5");
+  EXPECT_EQ(kills(), 5u);
+}
+
 TEST_F(ControlGroup, OfVersion1CountsWithAllAboveIt) {
   process("7:cpu:/\n4:memory:/trial/inner\n0::/\n", v1);
   limit("/memory/memory.limit_in_bytes", "9223372036854771712");

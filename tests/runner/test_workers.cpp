@@ -9,6 +9,7 @@
 #include "fake_work.hpp"
 #include "runner/driver.hpp"
 #include "runner/journal.hpp"
+#include "runner/machine.hpp"
 #include "runner/quarantine.hpp"
 
 namespace scanmill::runner {
@@ -261,17 +262,33 @@ TEST_F(Workers, ThatSawAFailureAreReplaced) {
   EXPECT_EQ(processes.size(), 4u);
 }
 
-TEST_F(Workers, ThatAreKilledFromOutsideCountAsALackOfMemory) {
+TEST_F(Workers, ThatAreKilledWhileThereIsMemoryCountAsACrash) {
   scan("a", "one");
+  scan("c", "three");
   scan("b", "two");
   work.before_end = [&](const std::string& name) {
     count_try(name);
-    if (name == "a" && tries("a") == 1) raise(SIGKILL);
+    if (name == "c" || (name == "a" && tries("a") == 1)) raise(SIGKILL);
   };
-  EXPECT_EQ(run(), 0) << text;
+  EXPECT_EQ(run(), 3) << text;
   EXPECT_EQ(state("a"), "done");
   EXPECT_EQ(tries("a"), 2u);
-  EXPECT_NE(text.find("killed from outside"), std::string::npos) << text;
+  EXPECT_EQ(state("b"), "done");
+  EXPECT_EQ(tries("c"), 2u) << "once more, as retry.internal says";
+  if (memory_signs().available < usable_memory() / 5) GTEST_SKIP() << "this machine is short of memory";
+  EXPECT_EQ(error("c", "class"), "internal");
+  EXPECT_NE(text.find("was killed from outside (SIGKILL) in stage reduce, and memory was not short"), std::string::npos)
+      << text;
+  EXPECT_EQ(text.find("ran out of memory"), std::string::npos) << text;
+}
+
+TEST(MemorySigns, TellALackOfMemory) {
+  constexpr std::uint64_t kGiB = 1ull << 30;
+  const MemorySigns before{3, 20 * kGiB};
+  EXPECT_FALSE(was_short_of_memory(before, {3, 19 * kGiB}, kGiB, 24 * kGiB));
+  EXPECT_TRUE(was_short_of_memory(before, {4, 19 * kGiB}, kGiB, 24 * kGiB)) << "the kernel counted one";
+  EXPECT_TRUE(was_short_of_memory(before, {3, 19 * kGiB}, 18 * kGiB, 24 * kGiB)) << "free only since it is gone";
+  EXPECT_TRUE(was_short_of_memory(before, {3, 0}, kGiB, 24 * kGiB)) << "not known";
 }
 
 TEST_F(Workers, WaitForFilesToSettle) {
