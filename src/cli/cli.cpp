@@ -142,7 +142,10 @@ void add_job_commands(CLI::App& app, Options& options) {
   worklist.add_option("--out", options.run.out, "Output folder, as for run.");
   worklist.add_option("--only", options.run.only, "Scan name or pattern; may be given again.")->allow_extra_args(false);
   worklist.add_option("--set", options.run.sets, "key=value as for run.")->allow_extra_args(false);
-  worklist.add_option("--tasks", options.worklist_tasks, "Tasks at most; by the forecast unless given.")
+  worklist
+      .add_option("--tasks", options.worklist_tasks,
+                  "Tasks at most for scans in one piece, by the forecast unless given; every part of a cut scan is one "
+                  "of its own.")
       ->check(CLI::Range(1, 1000000));
   worklist.add_option("-o,--output", options.output, "File to write; OUT/work/by-hand/tasks.json unless given.");
   CLI::App& task = command(app, options, "task", "One task of a worklist file, as every engine runs it.");

@@ -154,8 +154,13 @@ int write_worklist(const WorklistOptions& options, Work& work, Console& console)
                                   (count > 1 ? " to " + std::to_string(count - 1) : ""),
                  event);
   if (const auto last = count > 0 ? file->tasks.back().wave : 0; last > 0)
-    console.note("", "scans are cut into parts, and tasks have waves 0 to " + std::to_string(last) +
-                         ", in this order: a task whose wave comes too early ends with 75 and is to be run again");
+    console.note("",
+                 "scans are cut into parts, and tasks have waves 0 to " + std::to_string(last) +
+                     ", in this order: a task whose wave comes too early ends with 75 and is to be run again" +
+                     (options.tasks > 0 && count > static_cast<std::size_t>(options.tasks)
+                          ? "; --tasks " + std::to_string(options.tasks) +
+                                " holds for scans in one piece, brick.pieces and brick.batches set the number of parts"
+                          : ""));
   return kExitGood;
 }
 
