@@ -42,7 +42,7 @@ struct Ended {
   std::string death;               // how it died, e.g. "signal 11 (Segmentation fault)"
   bool killed_by_system = false;   // SIGKILL that this program did not send, where memory may have been short
   bool over_time = false;
-  bool reused = false;  // the process had made other scans before
+  bool reused = false;                  // the process had made other scans before
   double seconds = 0, cpu_seconds = 0;  // of this attempt alone
   std::uint64_t peak_memory = 0;
 };

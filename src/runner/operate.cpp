@@ -274,7 +274,8 @@ int show_status(const std::string& out, Console& console) {
            : live.is_here ? "the run was killed, last sign " + text_in(*live.tree, "heartbeat") + ": " + who +
                                 "\nrun the job again: it goes on where this one was"
                           : "running on another machine, last sign " + text_in(*live.tree, "heartbeat") + ": " + who;
-    if (const Node* counts = live.tree->find("counts"); counts && counts->is_map()) text += "\n" + count_line(*counts, live.is_here && !live.is_alive);
+    if (const Node* counts = live.tree->find("counts"); counts && counts->is_map())
+      text += "\n" + count_line(*counts, live.is_here && !live.is_alive);
     if (const Node* running = live.tree->find("running"); running && running->is_sequence() && live.is_alive)
       text += running_lines(*running, silence);
     if (const double left = number_in(*live.tree, "seconds_left"); left > 0 && live.is_alive)

@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "runner/scan_messages.hpp"
 
+#include <algorithm>
 #include <cstdio>
 
 #include "base/text.hpp"
+#include "runner/output_tree.hpp"
+#include "store/files.hpp"
 
 namespace scanmill::runner {
 
@@ -86,6 +89,18 @@ std::string repeat_command(const RunOptions& options, const std::string& scan) {
   if (!options.out.empty()) text += " --out " + quoted(options.out);
   for (const std::string& set : options.sets) text += " --set " + quoted(set);
   return text + " --only " + quoted(scan);
+}
+
+std::string missing_part(const ScanEntry& entry, const OutputTree& tree, const std::string& maker) {
+  if (entry.error.code != Code::IoFailed || entry.failure != FailureClass::Transient) return {};
+  const std::string folder = std::string("/") + kPartsFolder + "/" + entry.name + "/", suffix = ".part";
+  const std::size_t at = entry.error.where.rfind(folder);
+  if (at == std::string::npos) return {};
+  std::string part = entry.error.where.substr(at + folder.size());
+  if (!part.ends_with(suffix) || store::exists(tree.parts(entry.name) + "/" + part)) return {};
+  part.resize(part.size() - suffix.size());
+  std::replace(part.begin(), part.end(), '-', ' ');
+  return part == maker ? std::string() : part;
 }
 
 void show_scan(const ScanEntry& entry, const std::string& out, bool explain, bool dry_run, bool quiet_unchanged,

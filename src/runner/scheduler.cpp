@@ -442,7 +442,7 @@ bool Scheduler::goes_again(WorkItem item, const Ended& ended, const ScanEntry& e
     item.memory = std::min(p_.memory, 2 * ended.order.memory);
     why = had_all ? "in a process of its own"
                   : "with " + bytes_text(item.memory) + " of memory in place of " + bytes_text(ended.order.memory);
-  } else if (may_heal(item.scan, lost_part(entry, item.part))) {
+  } else if (may_heal(item.scan, missing_part(entry, p_.tree, item.part))) {
     why = "at once";
   } else if (entry.failure == FailureClass::Transient && item.transient < p_.how.retry_transient) {
     item.not_before = Clock::now() + std::chrono::milliseconds(static_cast<std::int64_t>(1000 * passed));

@@ -49,7 +49,6 @@ class Scheduler {
   void put_next_wave(std::size_t scan);
   bool is_at_work(std::size_t scan) const;
   void begin_again(std::size_t scan, ScanEntry& entry, bool at_once);
-  std::string lost_part(const ScanEntry& entry, const std::string& maker) const;
   bool may_heal(std::size_t scan, const std::string& lost);
   void tell_of_cut(std::size_t scan);
   void end_part(const WorkItem& item, Ended&& ended);
@@ -98,14 +97,14 @@ class Scheduler {
     bool again = false;  // from the first wave on, once nothing of the scan is at work
     int passing = 0;     // faults so far that may pass
     Clock::time_point not_before{};
-    std::vector<double> cpu;           // per wave and, last, of the scan itself, of 1; empty: not known yet
+    std::vector<double> cpu;          // per wave and, last, of the scan itself, of 1; empty: not known yet
     std::vector<std::uint8_t> found;  // per wave: an earlier run made it
     double share(std::size_t wave) const;
   };
   std::map<std::size_t, CutState> cut_;
   std::map<std::pair<std::size_t, std::string>, int> lost_;  // how often a part was found lost or damaged in this run
-  std::map<std::size_t, PartCount> parts_;  // of scans that are cut, until they are done themselves
-  std::vector<std::uint64_t> remembered_;   // memory that a scan was found to need
+  std::map<std::size_t, PartCount> parts_;                   // of scans that are cut, until they are done themselves
+  std::vector<std::uint64_t> remembered_;                    // memory that a scan was found to need
   Clock::time_point began_ = Clock::now(), saved_{}, asked_{}, space_checked_{}, stop_at_{};
   double save_took_ = 0;
   std::uint64_t bytes_all_ = 0, bytes_done_ = 0;

@@ -7,6 +7,7 @@
 
 #include "base/text.hpp"
 #include "runner/machine.hpp"
+#include "runner/scan_messages.hpp"
 #include "runner/scheduler.hpp"
 #include "store/files.hpp"
 
@@ -108,20 +109,6 @@ bool Scheduler::is_at_work(std::size_t scan) const {
   return std::any_of(at_work_.begin(), at_work_.end(), [&](const WorkItem& item) { return item.scan == scan; });
 }
 
-/// The file of a part that another one reads and that is lost, or was damaged and is removed now; else empty.
-/// `maker`: the part that failed, which may not find room for its own file.
-std::string Scheduler::lost_part(const ScanEntry& entry, const std::string& maker) const {
-  if (entry.error.code != Code::IoFailed || entry.failure != FailureClass::Transient) return {};
-  const std::string folder = std::string("/") + kPartsFolder + "/" + entry.name + "/", suffix = ".part";
-  const std::size_t at = entry.error.where.rfind(folder);
-  if (at == std::string::npos) return {};
-  std::string file = entry.error.where.substr(at + folder.size());
-  if (!file.ends_with(suffix) || store::exists(p_.tree.parts(entry.name) + "/" + file)) return {};
-  std::string own = maker + suffix;
-  std::replace(own.begin(), own.end(), ' ', '-');
-  return file == own ? std::string() : file;
-}
-
 /// Each part of a scan may be lost as often as a fault may pass: those that are whole become more.
 bool Scheduler::may_heal(std::size_t scan, const std::string& lost) {
   return !lost.empty() && lost_[{scan, lost}]++ < p_.how.retry_transient;
@@ -137,8 +124,8 @@ void Scheduler::begin_again(std::size_t scan, ScanEntry& entry, bool at_once) {
                              : Clock::now() + std::chrono::milliseconds(static_cast<std::int64_t>(1000 * wait));
     cut.next = 0;
     list_.drop(scan);
-    p_.console.note(entry.name, entry.error.text() + "; tried again " +
-                                    (at_once ? "at once" : "in " + number_text(wait) + " s"));
+    p_.console.note(entry.name,
+                    entry.error.text() + "; tried again " + (at_once ? "at once" : "in " + number_text(wait) + " s"));
   }
   entry.fate = ScanFate::Pending;
   entry.failure = FailureClass::None;
@@ -223,7 +210,7 @@ void Scheduler::end_part(const WorkItem& item, Ended&& ended) {
   const bool goes_on = p_.stop.signal == 0 && !p_.stop.flag.is_set() && !p_.options.dry_run;
   const bool is_passing =
       failed && !is_refused && !cut.failed && !output_is_bad && entry.failure == FailureClass::Transient;
-  const std::string lost = is_passing ? lost_part(entry, item.part) : "";
+  const std::string lost = is_passing ? missing_part(entry, p_.tree, item.part) : "";
   const bool heals = goes_on && may_heal(item.scan, lost);
   const bool may_begin_again = heals || (lost.empty() && goes_on && cut.passing < p_.how.retry_transient);
   if (cut.again || (is_passing && may_begin_again))

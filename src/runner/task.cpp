@@ -209,6 +209,20 @@ class TaskRun {
     beat(beat_path_, heartbeat);
   }
 
+  /// Of a task that comes before one whose part it needs: which is to be run first. Else empty.
+  std::string first_task(const ScanEntry& entry, const std::string& part) const {
+    std::string missing = missing_part(entry, tree_, part);
+    if (missing.starts_with("link ")) missing = "gather";  // which makes those as well
+    if (missing.empty()) return {};
+    for (std::size_t t = 0; t < file_.tasks.size(); ++t)
+      for (const TaskItem& item : file_.tasks[t].items)
+        if (item.scan == entry.name && item.part == missing)
+          return entry.name + ": " + (part.empty() ? "comes" : "part " + part + " comes") + " too early; the task '" +
+                 missing + "' is first: scanmill task " + options_.path + " " + std::to_string(t) +
+                 ", then this one again (" + entry.error.text() + ")";
+    return {};
+  }
+
   void count(const TaskResult& result, std::size_t item) {
     if (!result.ended.attempt) {
       died_ = true;
@@ -221,6 +235,10 @@ class TaskRun {
     ScanEntry entry = result.ended.attempt->entry;
     if (const std::string& part = task_.items[item].part; !part.empty() && entry.failure == FailureClass::None)
       return console_.remark(entry.name + ": part " + part + " is there");
+    if (const std::string first = first_task(entry, task_.items[item].part); !first.empty()) {
+      later_ = true;
+      return console_.remark(first);
+    }
     entry.repeat = first_entry(item).repeat;
     show_scan(entry, file_.out, false, false, false, console_);
     failed_ |= entry.fate == ScanFate::Quarantined || entry.failure == FailureClass::BadInput;

@@ -2,9 +2,11 @@
 #include "runner/task_file.hpp"
 
 #include <cstdio>
+#include <filesystem>
 #include <random>
 
 #include "base/text.hpp"
+#include "runner/output_tree.hpp"
 #include "store/files.hpp"
 
 namespace scanmill::runner {
@@ -173,6 +175,14 @@ Result<TaskFile> task_file_from(const Node& tree, const std::string& path) {
 }
 
 Result<TaskFile> load_task_file(const std::string& path) {
+  // OUT/work/<folder>/tasks.json
+  const auto out = std::filesystem::absolute(path).lexically_normal().parent_path().parent_path().parent_path();
+  if (!store::exists(path) && store::is_folder(OutputTree(out.string()).journal()))
+    return fail(
+        Code::BadUsage,
+        "found no worklist; a run, a cancel or another worklist of this output takes it back, and keeps what its "
+        "tasks made; scanmill worklist writes one of what is left",
+        path);
   TRY_ASSIGN(const auto source, store::open_file(path, path));
   TRY_ASSIGN(const std::string text, read_all(*source, kLargestTask));
   auto tree = document::parse_json(text, path);

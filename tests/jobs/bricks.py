@@ -172,13 +172,13 @@ def two_workers_share_the_tasks(work):
     write_job(f"{work}/plain.yaml", "archive", 0.5)
     run(f"{work}/plain.yaml", f"{work}/whole")
     out = f"{work}/out"
-    done = subprocess.run([SCANMILL, "worklist", f"{work}/job.yaml", "--out", out], text=True, stdout=subprocess.PIPE,
+    done = subprocess.run([SCANMILL, "worklist", f"{work}/job.yaml", "--out", out, "--tasks", "3"], text=True, stdout=subprocess.PIPE,
                           stderr=subprocess.STDOUT)
-    assert done.returncode == 0, done.stdout
+    assert done.returncode == 0 and "--tasks 3 holds for scans in one piece" in done.stdout, done.stdout
     path = glob.glob(f"{out}/work/*/tasks.json")[0]
     with open(path) as file:
         tasks = json.load(file)["tasks"]
-    assert len(tasks) == 1 + 6 + 1 + 64 + 6 + 1 + 64 + 1 + 64 + 1 + 1 + 6 + 1, len(tasks)
+    assert len(tasks) == 1 + 6 + 1 + 64 + 6 + 1 + 64 + 1 + 64 + 1 + 64 + 1 + 6 + 1, len(tasks)
 
     def begin(index):
         return subprocess.Popen([SCANMILL, "task", path, str(index), "--threads", "1", "--quiet"],
@@ -188,6 +188,8 @@ def two_workers_share_the_tasks(work):
     early = begin(7)  # gather, behind inputs and the six pieces
     text = early.communicate()[0]
     assert early.returncode == 75 and "the task 'map" in text, (early.returncode, text)
+    assert f"part gather comes too early; the task 'map 0' is first: scanmill task {path} 1, then" in text, text
+    assert "failed" not in text, text
     killed = 0
     for wave in sorted({task["wave"] for task in tasks}):
         left = [index for index, task in enumerate(tasks) if task["wave"] == wave]
@@ -213,6 +215,9 @@ def two_workers_share_the_tasks(work):
     assert killed == 5
     text = run(f"{work}/job.yaml", out)
     assert "1 unchanged" in text, text
+    gone = begin(7)
+    text = gone.communicate()[0]
+    assert gone.returncode == 2 and "a run, a cancel or another worklist of this output takes it back" in text, text
     assert not os.path.exists(f"{out}/work/parts"), "parts of a scan that is done"
     for file in FILES:
         with open(f"{work}/whole/scans/part/{file}", "rb") as x, open(f"{out}/scans/part/{file}", "rb") as y:
