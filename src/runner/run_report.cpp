@@ -101,8 +101,8 @@ Node to_document(const ScanEntry& entry) {
   node.set("files", texts(paths_of(entry)));
   if (!entry.record_identity.empty()) node.set("record", entry.record_identity);
   if (entry.counts.is_known()) node.set("counts", entry.counts.document());
-  if (entry.attempts > 0) {
-    node.set("attempts", entry.attempts);
+  if (entry.attempts > 0) node.set("attempts", entry.attempts);
+  if (!entry.started.empty()) {  // without an attempt: parts of it were made
     node.set("started", entry.started);
     node.set("ended", entry.ended);
   }

@@ -249,6 +249,7 @@ Attempt ScanMaker::make_part(const SelectedScan& scan, ScanEntry entry, const st
                              std::uint64_t memory, Progress& progress) const {
   const auto began = Clock::now();
   const double cpu = cpu_seconds();
+  if (entry.started.empty()) entry.started = utc_now();
   std::string latest;
   StageWatch watch(progress, latest);
   watch.stage(part, 0, 0);
@@ -296,6 +297,7 @@ Attempt ScanMaker::make_part(const SelectedScan& scan, ScanEntry entry, const st
     }
   if (is_idle) entry.fate = ScanFate::Unchanged;
   if (entry.why.empty()) entry.why = {"new or changed"};
+  entry.ended = utc_now();
   entry.seconds += wall;
   entry.cpu_seconds += cpu_spent;
   entry.peak_memory = std::max(entry.peak_memory, peak_memory());

@@ -378,6 +378,7 @@ void Scheduler::end(Ended&& ended) {
     take_over_death(ended, entry);
     if (p_.journal && !p_.executor.is_remote()) p_.tree.remove_attempts(entry.name);
   }
+  if (cut_began_.contains(scan)) entry.seconds = seconds_of_cut(scan, ended);
   if (ended.peak_memory > 0) entry.peak_memory = ended.peak_memory;
   const bool again = !output_is_bad && entry.failure != FailureClass::None && goes_again(item, ended, entry);
   if (p_.journal) note_end(item, ended, again);

@@ -51,6 +51,7 @@ class Scheduler {
   void begin_again(std::size_t scan, ScanEntry& entry, bool at_once);
   bool may_heal(std::size_t scan, const std::string& lost);
   void tell_of_cut(std::size_t scan);
+  double seconds_of_cut(std::size_t scan, const Ended& ended);
   void end_part(const WorkItem& item, Ended&& ended);
   std::optional<Error> lack_for_parts(std::size_t scan, const CutForecast& forecast) const;
   WorkItem take_from_work(const Order& order);
@@ -102,6 +103,7 @@ class Scheduler {
     double share(std::size_t wave) const;
   };
   std::map<std::size_t, CutState> cut_;
+  std::map<std::size_t, Clock::time_point> cut_began_;
   std::map<std::pair<std::size_t, std::string>, int> lost_;  // how often a part was found lost or damaged in this run
   std::map<std::size_t, PartCount> parts_;                   // of scans that are cut, until they are done themselves
   std::vector<std::uint64_t> remembered_;                    // memory that a scan was found to need

@@ -124,6 +124,7 @@ void Scheduler::begin_again(std::size_t scan, ScanEntry& entry, bool at_once) {
                              : Clock::now() + std::chrono::milliseconds(static_cast<std::int64_t>(1000 * wait));
     cut.next = 0;
     list_.drop(scan);
+    ++entry.attempts;
     p_.console.note(entry.name,
                     entry.error.text() + "; tried again " + (at_once ? "at once" : "in " + number_text(wait) + " s"));
   }
@@ -163,6 +164,13 @@ std::optional<Error> Scheduler::lack_for_parts(std::size_t scan, const CutForeca
               p_.tree.root());
 }
 
+/// Wall time since the first of its parts began, in this run.
+double Scheduler::seconds_of_cut(std::size_t scan, const Ended& ended) {
+  const auto now = Clock::now();
+  const auto began = now - std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(ended.seconds));
+  return std::chrono::duration<double>(now - cut_began_.emplace(scan, began).first->second).count();
+}
+
 /// A part is there, is tried again, or its scan has failed. The others of the scan come to their end first.
 void Scheduler::end_part(const WorkItem& item, Ended&& ended) {
   const auto found = cut_.find(item.scan);
@@ -175,7 +183,8 @@ void Scheduler::end_part(const WorkItem& item, Ended&& ended) {
   if (ended.attempt) {
     entry = std::move(ended.attempt->entry);
     // Parts run side by side: each began with what the entry was then.
-    entry.seconds = before.seconds + ended.seconds;
+    entry.attempts = before.attempts;
+    if (!before.started.empty()) entry.started = before.started;
     entry.cpu_seconds = before.cpu_seconds + ended.cpu_seconds;
     entry.peak_memory = std::max(before.peak_memory, ended.peak_memory);
     fingerprint = std::move(ended.attempt->fingerprint);
@@ -185,6 +194,7 @@ void Scheduler::end_part(const WorkItem& item, Ended&& ended) {
     take_over_death(ended, entry);
     entry.attempts = before.attempts;
   }
+  entry.seconds = seconds_of_cut(item.scan, ended);
   bool is_refused = false;
   if (ended.attempt && ended.attempt->forecast && ended.attempt->forecast->cpu.size() == cut.waves.size() + 1) {
     cut.cpu = ended.attempt->forecast->cpu;
@@ -215,8 +225,10 @@ void Scheduler::end_part(const WorkItem& item, Ended&& ended) {
   const bool may_begin_again = heals || (lost.empty() && goes_on && cut.passing < p_.how.retry_transient);
   if (cut.again || (is_passing && may_begin_again))
     begin_again(item.scan, entry, heals);
-  else if (failed && !is_refused && !cut.failed && !output_is_bad && goes_again(item, ended, entry))
+  else if (failed && !is_refused && !cut.failed && !output_is_bad && goes_again(item, ended, entry)) {
+    ++entry.attempts;
     return;
+  }
   if (cut.again) {
     if (!is_at_work(item.scan)) {
       cut.again = false;

@@ -5,6 +5,7 @@ lost by a kill, and never more memory than allowed.
 
 bricks.py CASE        (environment: SCANMILL)
 """
+import datetime
 import glob
 import json
 import os
@@ -81,6 +82,12 @@ def check_times(out, pieces, batches):
     kinds = ["inputs", "map", "gather", "frame", "pick", "points", "thin", "settle", "stars", "mesh", "swap"]
     assert [stage for stage in scan["stage_seconds"] if stage in kinds] == kinds, scan
     assert list(scan["stage_cpu_seconds"]) == list(scan["stage_seconds"]), scan
+    with open(f"{out}/run.json") as file:
+        run_of = json.load(file)
+    assert run_of["started"] <= scan["started"] <= scan["ended"] <= run_of["ended"], scan
+    told = datetime.datetime.fromisoformat(scan["ended"]) - datetime.datetime.fromisoformat(scan["started"])
+    assert abs(told.total_seconds() - scan["seconds"]) <= 1.1 and scan["seconds"] <= run_of["seconds"], scan
+    assert scan["attempts"] == 1, scan
     stages = sum(scan["stage_cpu_seconds"].values())
     assert 0.8 * scan["cpu_seconds"] < stages <= scan["cpu_seconds"] + 0.01, scan
     with open(f"{out}/logs/part.log") as file:

@@ -4,6 +4,7 @@
 
 lost_parts.py CASE        (environment: SCANMILL)
 """
+import json
 import os
 import shutil
 import signal
@@ -95,6 +96,8 @@ def all_parts_at_once_are_made_again(work):
         print(f"{at}: {len(spoilt)} spoilt, {healed} found")
         assert at != "frame-3" or healed > 2, text  # more than retry.transient
         same(f"{work}/whole", out)
+        with open(f"{out}/run.json") as file:
+            assert json.load(file)["scans"][0]["attempts"] == 1 + text.count("tried again at once"), text
 
 
 def rules_that_clean_tell_what_they_took(work):
