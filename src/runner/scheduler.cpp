@@ -69,8 +69,13 @@ Scheduler::Scheduler(Parts parts)
   remembered_.resize(names_.size());
   if (p_.how.until_minute >= 0) deadline_ = next_minute(p_.how.until_minute);
   if (p_.journal)
-    if (const auto space = store::free_space(p_.tree.root()))
-      space_floor_ = p_.how.disk > 0 ? *space - std::min(*space, p_.how.disk) : *space / 5;
+    if (const auto space = store::free_space(p_.tree.root())) {
+      std::uint64_t kept = 0;  // of parts that earlier runs made: they take of what is allowed
+      if (p_.how.disk > 0 && store::is_folder(p_.tree.parts()))
+        for (const std::string& name : names_) kept += p_.tree.bytes_of_parts(name);
+      const std::uint64_t more = p_.how.disk - std::min(p_.how.disk, kept);
+      space_floor_ = p_.how.disk > 0 ? *space - std::min(*space, more) : *space / 5;
+    }
 }
 
 int Scheduler::run() {
@@ -349,7 +354,8 @@ std::string Scheduler::lack_of_space(const WorkItem& item) const {
   const std::string of_scan = name(item.scan) + " needs " + bytes_text(needs) + " at least; ";
   if (p_.how.disk > 0)
     return "of the " + bytes_text(p_.how.disk) + " of disk that resources.disk (--disk) allows the run " +
-           bytes_text(*space - std::min(*space, space_floor_)) + " are left, and " + of_scan +
+           bytes_text(*space - std::min(*space, space_floor_)) +
+           " are left (what others write there takes of it too), and " + of_scan +
            "raise it, and run again: what is done is kept";
   return bytes_text(*space) + " of disk are free, of which the run leaves " + bytes_text(space_floor_) +
          " alone, and " + of_scan +

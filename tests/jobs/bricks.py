@@ -430,6 +430,10 @@ def a_disk_that_fills_up_stops_the_run_and_it_goes_on(work):
     assert "resources.disk (--disk) allows the run" in text and "run again: what is done is kept" in text, text
     there = {path: os.stat(path).st_mtime_ns for path in parts_in(folder)}
     assert f"{folder}/map-0.part" in there, there
+    kept = sum(os.path.getsize(path) for path in glob.glob(f"{folder}/*"))
+    text = run(f"{work}/job.yaml", out, "--disk", str(kept + (4 << 20)), code=1)
+    left = re.search(r"allows the run ([\d.]+) MiB are left", text)
+    assert left and 3 < float(left[1]) <= 4, f"{kept} bytes of parts are there, {text}"
     run(f"{work}/job.yaml", out, "--disk", "1G")
     same(f"{work}/whole", out)
     with open(f"{out}/run.json") as file:
