@@ -180,11 +180,25 @@ class Driver {
   /// Keys of a cut that cuts nothing.
   void note_idle_cut() {
     const BrickKeys& keys = job_.how.brick;
-    if (keys.edge_bins > 0 || (keys.pieces == 0 && keys.batches == 0)) return;
+    if (keys.edge_bins > 0) return note_uncut();
+    if (keys.pieces == 0 && keys.batches == 0) return;
     for (const SelectedScan& scan : selection_.scans)
       if (keys.cut_from > 0 && work_.look_at(scan.number).bytes >= keys.cut_from) return;
     report_.notes.push_back(std::string("brick.") + (keys.pieces > 0 ? "pieces" : "batches") +
                             " does nothing here: no scan of this run is cut without brick.edge_bins; give it, 256 say");
+  }
+
+  /// Scans that no brick can be made of.
+  void note_uncut() {
+    std::vector<std::string> uncut;
+    for (const SelectedScan& scan : selection_.scans)
+      if (scan.what && work_.parts_of(scan.number, *scan.what, job_.how.brick, "").waves.empty())
+        uncut.push_back(scan.task.name);
+    if (uncut.empty()) return;
+    report_.notes.push_back("brick.edge_bins does nothing for " + counted(uncut.size(), "scan") + " (" + uncut.front() +
+                            (uncut.size() > 1 ? " first" : "") +
+                            "): a lattice from target_points, target_bins or origin: bounds, poses that are refined, "
+                            "and files that cannot be read are made in one piece");
   }
 
   /// The output takes nothing: say so once, and do not try to write the rest.
