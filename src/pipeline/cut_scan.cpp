@@ -91,8 +91,13 @@ std::vector<std::vector<PartTask>> scan_waves(const Cut& cut, const What& what) 
   add_wave(waves, PartStage::Mesh, 1);
   add_wave(waves, PartStage::Swap, cut.batches);
   add_wave(waves, PartStage::Join, 1);
-  add_wave(waves, PartStage::Verify, cut.pieces);
+  add_wave(waves, PartStage::Verify, verify_tasks(cut));
   return waves;
+}
+
+std::uint32_t verify_tasks(const Cut& cut) {
+  constexpr std::uint32_t kLeast = 4, kPieces = 4;
+  return std::max(std::min(cut.pieces, kLeast), (cut.pieces + kPieces - 1) / kPieces);
 }
 
 bool wants_whole(PartStage stage) {

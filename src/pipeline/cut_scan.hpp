@@ -14,7 +14,7 @@
 //   mesh      the vote over all bricks, completion, patches, merged
 //   swap b    the edges at the vertices of some bricks swapped, with the mesh around them
 //   join      all bricks' together, once their neighbours saw the same
-//   verify p  third pass over a piece: distances of its points from the mesh
+//   verify v  third pass, over several pieces: distances of their points from the mesh
 #pragma once
 #include <cstdint>
 #include <optional>
@@ -56,6 +56,9 @@ Result<PartWriter> create_part(const Cut& cut, const PartTask& task);
 std::vector<std::vector<PartTask>> waves_of(const Cut& cut, reduce::Representative representative);
 /// All waves of a scan; the last task of a scan, which writes its files, needs them all.
 std::vector<std::vector<PartTask>> scan_waves(const Cut& cut, const What& what);
+/// Every one of them looks for the nearest among all triangles, and to prepare that costs as much as some hundred million
+/// points: so a task for four pieces, but four at least where there are as many.
+std::uint32_t verify_tasks(const Cut& cut);
 /// Its part is there, or one that comes of it and leaves no other reader.
 bool is_done(const Cut& cut, const PartTask& task);
 /// Removes the parts that nothing reads any more now that this one is there.

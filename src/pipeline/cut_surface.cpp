@@ -47,7 +47,7 @@ Result<Verdict> read_verdict(const PartFile& file) {
 Result<void> make_verdict(const Cut& cut, const PartTask& task, const MeshedSurface& surface,
                           const reduce::ReducedCloud& cloud, const TracedPoints& all, const What& what,
                           const Context& context) {
-  const PiecePoints in_file(all.points, task.number, cut.pieces);
+  const PiecePoints in_file(all.points, task.number, verify_tasks(cut));
   NoProgress quiet;
   TRY_ASSIGN(const auto gathered, gathered_if_scattered(in_file, what.lattice, what.reduce, context, quiet));
   const PointSource& piece = gathered ? *gathered : static_cast<const PointSource&>(in_file);
@@ -103,12 +103,12 @@ Result<void> verify_piece(const Cut& cut, std::uint32_t piece, const TracedPoint
 
 Result<Fit> measure_fit_in_pieces(const Cut& cut, const MadeSurface& made, const TracedPoints& all, const What& what,
                                   const Context& context) {
-  for (std::uint32_t n = 0; n < cut.pieces; ++n) {
+  for (std::uint32_t n = 0; n < verify_tasks(cut); ++n) {
     const PartTask task{PartStage::Verify, n};
     if (!is_done(cut, task)) TRY(make_verdict(cut, task, made.surface, made.reduction.cloud, all, what, context));
   }
   FitOfPieces fit(made.surface, made.reduction.cloud, what);
-  for (std::uint32_t n = 0; n < cut.pieces; ++n) {
+  for (std::uint32_t n = 0; n < verify_tasks(cut); ++n) {
     TRY_ASSIGN(const PartFile file, need_part(cut, {PartStage::Verify, n}));
     TRY_ASSIGN(const Verdict verdict, read_verdict(file));
     TRY(fit.add(verdict.piece, verdict.in_strays));

@@ -74,7 +74,7 @@ std::uint64_t rows_read_by(PartStage made, const BinCounts& bins) {
 /// proportion.
 struct Cost {
   double point = 0, bin = 0;
-  double piece_bin = 0;  // a bin of the whole for every piece
+  double task_bin = 0;  // a bin of the whole for every task of verification
 };
 Cost cost_of(PartStage stage) {
   switch (stage) {
@@ -105,7 +105,7 @@ constexpr Cost kCount{35, 0, 0}, kFinish{10, 4500, 0};
 
 double in(const Cost& cost, const BinCounts& bins, const Cut& cut) {
   return cost.point * static_cast<double>(bins.points) +
-         (cost.bin + cost.piece_bin * cut.pieces) * static_cast<double>(bins.of_all);
+         (cost.bin + cost.task_bin * verify_tasks(cut)) * static_cast<double>(bins.of_all);
 }
 
 PartKind counts_kind(const Cut& cut) { return kind_of(cut, "inputs", sizeof(BinCounts)); }

@@ -164,7 +164,7 @@ std::string kind_word(PartStage stage) {
 
 /// Some part at the end of the scan is there.
 bool has_come_far(const Cut& cut) {
-  for (std::uint32_t n = 0; n < cut.pieces; ++n)
+  for (std::uint32_t n = 0; n < verify_tasks(cut); ++n)
     if (open_part(cut, {PartStage::Verify, n})) return true;
   return open_part(cut, {PartStage::Join, 0}).has_value();
 }
