@@ -149,8 +149,8 @@ def an_archive_of_50_scans_gives_the_bytes_of_a_local_run(work):
 
 def one_scan_as_bricks_gives_the_bytes_of_a_local_run(work, disturb=None):
     """Inputs, four passes over pieces, their joining, 27 batches of bricks, four passes more, all points, 27 batches
-    thinned, what is left settled, 27 batches of stars, the mesh, its swaps, four passes of verification, and the scan:
-    each an element."""
+    thinned, what is left settled, 27 batches of stars, the mesh, 27 batches of swaps, all joined, four passes of
+    verification, and the scan: each an element."""
     with Lab(work, 1, side=150) as lab:
         lab.local()
         lab.write_job("spread: 27", "brick: {edge_bins: 8, pieces: 4, batches: 27}\n")
@@ -162,7 +162,7 @@ def one_scan_as_bricks_gives_the_bytes_of_a_local_run(work, disturb=None):
         lab.same_as_local()
         assert not os.path.exists(f"{work}/out/work"), "parts stay behind"
         if not disturb:
-            assert len(lab.queue()) == 1 + 4 + 1 + 27 + 4 + 1 + 27 + 1 + 27 + 1 + 1 + 4 + 1, lab.queue()
+            assert len(lab.queue()) == 1 + 4 + 1 + 27 + 4 + 1 + 27 + 1 + 27 + 1 + 27 + 1 + 4 + 1, lab.queue()
 
 
 def a_driver_that_is_killed_between_bricks_goes_on(work):
